@@ -13,7 +13,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, Recorded, investigate
+from pymoo_psi import PSI, FailureTolerant, Recorded, Required, Robust, investigate
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.files import read_table
@@ -180,6 +180,17 @@ def test_failures_of_a_tolerant_problem_are_failures_of_an_investigation(study_f
     assert tested.equals(investigate(model(failing_step), 12))
     assert problem.table.reasons == tested.reasons
     assert problem.n_evaluated == 12
+
+
+def test_failures_within_other_wrappers(study_file):
+    """A design that fails in every scenario is infeasible; a wrapper within has no failures."""
+    robust = Robust(model(failing_step), tolerances={"x1": 0.01}, n_scenarios=4)
+    result = solved(Recorded(robust, study=study_file), nsga3)
+    np.testing.assert_array_equal(result.F, solved(FailureTolerant(robust), nsga3).F)
+    assert read_table(study_file).reasons
+    refused(
+        "FailureTolerant around Required", Required, Recorded(FailureTolerant(robust), study_file)
+    )
 
 
 def test_a_failure_ends_the_run_when_everything_is_stored(study_file):

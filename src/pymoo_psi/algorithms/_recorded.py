@@ -19,8 +19,11 @@ from pymoo_psi.algorithms._sources import ByName, PlannedPoints, Points, Retry, 
 from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems import (
+    FailureTolerant,
+    Robust,
     WrappedProblem,
     columns_of_values,
+    layers,
     problem_name,
     require_problem,
     untolerant,
@@ -46,8 +49,9 @@ class Recorded(WithTable, WrappedProblem):
     Values must depend on the design alone. The study keeps F, G, H and every other output that is
     one number per design. A design that fails is stored with its reason and ends the run with an
     error; all designs evaluated together with it are stored, too. With
-    ``Recorded(FailureTolerant(problem), ...)`` the run continues. A stored failure is repeated from
-    the file unless ``retry`` is set.
+    ``Recorded(FailureTolerant(problem), ...)`` the run continues, as it does for a
+    :class:`~pymoo_psi.Robust` problem, which is wrapped so. A stored failure is repeated from the
+    file unless ``retry`` is set.
 
     A copy shares the study. Worker processes receive the wrapped problem only.
 
@@ -113,13 +117,17 @@ class Recorded(WithTable, WrappedProblem):
             units=units,
         )
         require_problem(problem)
-        self._tolerant = None
         evaluated = untolerant(problem)
+        if evaluated is problem:
+            evaluated = with_requirements(problem)
+            problem = evaluated
+            if any(isinstance(layer, Robust) for layer in layers(problem)):
+                # a design that fails in every scenario is infeasible
+                problem = FailureTolerant(problem)
+        self._tolerant = None
         if evaluated is not problem:
             self._tolerant = problem
-        else:
-            problem = with_requirements(problem)
-            evaluated = problem
+        self.tolerates_failures = self._tolerant is not None
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         is_noisy = getattr(evaluated, "noisy", False)
         if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem) or is_noisy:
@@ -131,7 +139,6 @@ class Recorded(WithTable, WrappedProblem):
         self._store = StudyStore(table, options, self._model, recalls=False)
         self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
-        self._adds = False  # whether the last designs were new, as the next ones then may be
         self.returned: set[int] = set()
         self._evaluated: list[int] = []  # the numbers of the tests
 
@@ -145,6 +152,7 @@ class Recorded(WithTable, WrappedProblem):
             return self
         strict = copy.copy(self)
         strict._tolerant = None
+        strict.tolerates_failures = False
         strict.wrapped = self._model.problem
         strict.n_ieq_constr = strict.wrapped.n_ieq_constr
         return strict
@@ -195,37 +203,37 @@ class Recorded(WithTable, WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        designs = self._model.space.to_matrix(X)
-        keys = self._model.keys(designs)
-        if not self._adds:
-            numbers, values = self._lookup(keys)
-            self._adds = not numbers.all()
-        if self._adds:
-            # The inner context has the lock, which is given back before the process ends.
-            with stored_at_termination(self._store), self._store.writing():
-                # another process may have stored some before this one got the lock
-                numbers, values = self._lookup(keys)
-                rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
-                self._adds = len(rows_by_key) > 0
-                if rows_by_key:
-                    self._evaluate(designs[[*rows_by_key.values()]])
-                    numbers, values = self._lookup(keys, retries=False)
-        rows = [values[number] | {"test_point": number} for number in numbers.tolist()]
+        rows = self._values_of(self._model.space.to_matrix(X))
         out = columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
-        if "test_point" not in return_values_of:
-            del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity
             if name == "failure" or name not in out:
                 rule = "of what Recorded keeps: F, G, H and further numbers of the model"
                 remedy = "evaluate the problem within for gradients and other values"
                 raise invalid("return_values_of", rule, name, remedy)
+        if "test_point" not in return_values_of:
+            del out["test_point"]
         if self._tolerant is not None:
             return dict(self._tolerant.tolerated(X, out, return_values_of))
         for x, reason in zip(X, out.pop("failure"), strict=True):
             if reason:
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
+
+    def _values_of(self, designs: Designs) -> list[Values]:
+        """Return the values of each design, and its number; new designs are evaluated first."""
+        keys = self._model.keys(designs)
+        numbers, values = self._lookup(keys)
+        if not numbers.all():
+            # The inner context has the lock, which is given back before the process ends.
+            with stored_at_termination(self._store), self._store.writing():
+                # another process may have stored some before this one got the lock
+                numbers, values = self._lookup(keys)
+                rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
+                if rows_by_key:
+                    self._evaluate(designs[[*rows_by_key.values()]])
+                    numbers, values = self._lookup(keys, retries=False)
+        return [values[number] | {"test_point": number} for number in numbers.tolist()]
 
     def _lookup(
         self, keys: Sequence[str], *, retries: bool = True
