@@ -68,6 +68,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     import pandas as pd
 
     mask, names = table.violations()
+    alone = _alone(mask)
     schema = table.schema
     bounds = [(-np.inf, 0.0)] * len(schema.with_role(INEQUALITY))
     bounds += [(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
@@ -76,7 +77,6 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
             bounds.append((limit.lower, limit.upper))
         else:
             bounds.append((np.nan, np.nan))
-    alone = mask & (mask.sum(axis=1) == 1)[:, None]
     index = pd.Index(names, name="constraint", dtype=object)
     frame = pd.DataFrame(bounds, index, ["lower", "upper"], dtype=np.float64)
     frame["rejects"] = mask.sum(axis=0)
@@ -85,11 +85,16 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     # One that lacks another objective would not be feasible without its constraint, either.
     is_complete = np.isfinite(table.F).all(axis=1, keepdims=True)
     F = pd.DataFrame(np.where(is_complete, table.F, np.nan))
-    feasible = table.feasible()
-    for j, (name, sign) in enumerate(zip(schema.objectives, schema.sign, strict=True)):
-        frame[f"{name}_feasible"] = sign * F[j][feasible].min()
-        frame[f"{name}_alone"] = [sign * F[j][rows].min() for rows in alone.T]
+    best = schema.sign * [F[rows].min() for rows in (table.feasible(), *alone.T)]
+    for name, (of_feasible, *of_alone) in zip(schema.objectives, best.T, strict=True):
+        frame[f"{name}_feasible"] = of_feasible
+        frame[f"{name}_alone"] = of_alone
     return frame
+
+
+def _alone(violated: Mask) -> Mask:
+    """Return where a design violates one of ``(n, k)`` constraints and limits, and no other."""
+    return np.asarray(violated & (violated.sum(axis=1, keepdims=True) == 1))
 
 
 def limit_words(table: TestTable) -> list[str]:
@@ -113,14 +118,15 @@ def limit_words(table: TestTable) -> list[str]:
     return texts
 
 
-def _missing_texts(table: TestTable) -> str:
+def _missing_texts(table: TestTable) -> list[str]:
     """Return which texts limits allow and no design has, as they may be misspelt."""
-    text = ""
+    facts = []
     for name, limit in table.limits.items():
         missing = limit.missing(table.column(name))
         if missing:
-            text += f"; no {table.schema.words['row']} has {listed(missing, 'or')} as {name}"
-    return text
+            row = table.schema.words["row"]
+            facts.append(f"no {row} has {listed(missing, 'or')} as {name}")
+    return facts
 
 
 def within_limits(table: TestTable) -> str:
@@ -141,32 +147,32 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
         subject: What they are tests of, if that is said.
     """
     words = table.schema.words
+    limits = limit_words(table)
     n_within = int(table.feasible().sum())
     n_failed = int(table.failed().sum())
     size = counted(len(table), words["row"])
+    if subject and RUN in table.schema.notes:
+        size += f" of {counted(len({*table.column(RUN)}), 'run')}"
     failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
-    limits = limit_words(table)
     named = ", ".join(limits[:_MOST_LIMITS])
     if len(limits) > _MOST_LIMITS:
         named += f" and {len(limits) - _MOST_LIMITS} more"
     within = f"{_are(n_within)}{within_limits(table)} ({named})"
     if subject:
-        if RUN in table.schema.notes:
-            size += f" of {counted(len({*table.column(RUN)}), 'run')}"
-        text = f"{subject}: {size}{failed}"
+        facts = [f"{subject}: {size}{failed}"]
         if limits:
-            text += f"; {number(n_within)} {within}"
+            facts.append(f"{number(n_within)} {within}")
     elif limits:
-        text = f"{number(n_within)} of {size} {within}{failed}"
+        facts = [f"{number(n_within)} of {size} {within}{failed}"]
     else:
-        text = f"{size}{failed}"
+        facts = [f"{size}{failed}"]
     if n_within > 1:
         n_optimal = int(table.feasible_ranking().pareto.sum())
         if n_optimal == n_within:
-            text += "; none of them is dominated"
+            facts.append("none of them is dominated")
         else:
-            text += f"; {number(n_optimal)} of them {_are(n_optimal)} not dominated"
-    return f"{text}{_missing_texts(table)}."
+            facts.append(f"{number(n_optimal)} of them {_are(n_optimal)} not dominated")
+    return f"{'; '.join([*facts, *_missing_texts(table)])}."
 
 
 def _are(n: int) -> str:
@@ -176,42 +182,50 @@ def _are(n: int) -> str:
 def none_left_reason(table: TestTable) -> str:
     """Say why no design is left, and without which limit one would be."""
     words = table.schema.words
-    n_tests = (~table.failed()).sum()
+    n_tests = int((~table.failed()).sum())
     if not len(table):
         return f"there are no {words['row']}s."
     if not n_tests:
         return f"{counted(len(table), words['row'])}, all {words['failed']}."
-    limits = ", ".join(limit_words(table))
-    text = f"none of {n_tests} is{within_limits(table)} ({limits}){_missing_texts(table)}."
-    mask, _ = table.violations()
+    facts = [f"none of {n_tests} is{within_limits(table)} ({', '.join(limit_words(table))})"]
+    facts += _missing_texts(table)
+    violated, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
-    would_be_left = (mask.sum(axis=1) == 1) & np.isfinite(table.F).all(axis=1)
-    alone = mask[would_be_left].sum(axis=0)
-    if alone.any():
-        name = names[alone.argmax()]
-        n = alone.max()
-        text += f" Without the limit on {name}, {n} {_are(n)} left"
-        limit = table.limits.get(name)
-        if limit is None or limit.texts is not None:
-            return f"{text}."
-        values = table.column(name)[would_be_left & mask[:, alone.argmax()]]
-        values = values[np.isfinite(values)]
-        span = "no value"
-        if len(values):
-            is_up = values.min() > limit.upper
-            near, far = values.max(), values.min()
-            if is_up:
-                near, far = far, near
-            # A limit at the nearer end lets it in; the other end needs few digits.
-            ends = [rounded_text(near, values, is_up)]
-            if far != near:
-                ends.append(rounded_text(far, values[:0], is_up, 4))
-            if not is_up:
-                ends.reverse()
-            span = f"{' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
-        return f"{text} ({name} {span})."
-    rejects = mask.sum(axis=0)
-    return f"{text} The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}."
+    would_be_left = _alone(violated) & np.isfinite(table.F).all(axis=1, keepdims=True)
+    n_left = would_be_left.sum(axis=0)
+    if n_left.any():
+        k = n_left.argmax()
+        values = _values_beyond(table, names[k], would_be_left[:, k])
+        remedy = f"Without the limit on {names[k]}, {n_left[k]} {_are(n_left[k])} left{values}"
+    else:
+        rejects = violated.sum(axis=0)
+        remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
+    return f"{'; '.join(facts)}. {remedy}."
+
+
+def _values_beyond(table: TestTable, name: str, rejected: Mask) -> str:
+    """Return which values designs have that a limit on numbers rejects: " (mass 31 to 45 kg)".
+
+    A limit at the end that is nearer to the present one lets in the first of them. The other end
+    needs few digits.
+    """
+    limit = table.limits.get(name)
+    if limit is None or limit.texts is not None:
+        return ""
+    values = table.column(name)[rejected]
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return f" ({name} no value)"
+    is_up = bool(values.min() > limit.upper)
+    nearest = values.min() if is_up else values.max()
+    ends = []
+    for value in sorted({values.min(), values.max()}):
+        if value == nearest:
+            ends.append(rounded_text(value, values, is_up))
+        else:
+            ends.append(rounded_text(value, values[:0], is_up, 4))
+    span = f"{name} {' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
+    return f" ({span})"
 
 
 def alike(reasons: Iterable[str]) -> list[str]:

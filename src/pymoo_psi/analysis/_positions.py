@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymoo_psi._numbers import decimal_mark, number, percent
-from pymoo_psi._validation import Array, Entries
+from pymoo_psi._validation import Array, Entries, Names
 from pymoo_psi.analysis._costs import limit_words
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -215,17 +215,12 @@ def _least_regret(
     values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
     of_all = unit_lengths(values.min(axis=0), values.max(axis=0))
     lengths = np.where(np.isfinite(lengths), lengths, of_all)
-    weights = np.ones(choices.shape)
-    for i, position in enumerate(positions):
-        for j, name in enumerate(table.schema.objectives):
-            weights[i, j] = position["weights"].get(name, 1.0)
-    most = weights.max(axis=1, keepdims=True)
-    weights /= np.where(most > 0, most, 1.0)
+    weights = _relative_weights(positions, table.schema.objectives)
     losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
     regrets = losses.max(axis=2, initial=0.0)
     greatest = regrets.max(axis=1)
-    keys = (regrets.sum(axis=1), greatest)
-    best, *others = np.lexsort(tuple(np.round(key / _TIE) for key in keys))
+    keys = np.array([regrets.sum(axis=1), greatest])
+    best, *others = np.lexsort(np.round(keys / _TIE))
     design = ranking.name_of(int(front[best]))
     if greatest[best] < _TIE:
         return sentence("no regret", design=capital(design))
@@ -241,3 +236,12 @@ def _least_regret(
         objective=table.schema.objectives[objective],
         others=rest,
     )
+
+
+def _relative_weights(positions: Sequence[Entries], objectives: Names) -> Array:
+    """Return ``(p, m)`` weights, 1 by default, over the greatest one of the position."""
+    weights = []
+    for position in positions:
+        own = [position["weights"].get(name, 1.0) for name in objectives]
+        weights.append(np.array(own) / (max(own) or 1.0))
+    return np.array(weights)

@@ -306,24 +306,21 @@ def convergence(table: TestTable) -> pd.DataFrame:
     last = without_rounding(table.F[table.pareto()])
     scale = UtopianFrame(last.min(axis=0), last.max(axis=0), True)
     rows = []
-    bests = []
     for n in sizes:
         first = table.take(np.arange(n))
         front = first.F[first.pareto()]
         volume, error = hypervolume(scale.scaled(front), _REFERENCE)
         optimum = 0
-        objectives = np.full(first.F.shape[1], np.nan)
         if len(front):
-            best = first.best()
-            optimum = best.numbers[0]
-            objectives = best.F[0]
+            optimum = first.best().numbers[0]
         rows.append((first.feasible().sum(), len(front), volume, error, optimum))
-        bests.append(objectives)
     columns = ["feasible", "pareto", "hypervolume", "hypervolume_error", "optimum"]
     steps = pd.DataFrame(rows, pd.Index(sizes, name="tests"), columns)
     steps[["hypervolume", "hypervolume_error"]] /= steps["hypervolume"].iloc[-1] or 1.0
-    steps["mu1"] = frame.distances(np.array(bests))
-    moves = np.diff(scale.scaled(np.array(bests)), axis=0, prepend=np.nan)
+    optima = table.F[np.searchsorted(table.numbers, steps["optimum"])]
+    optima[steps["optimum"] == 0] = np.nan
+    steps["mu1"] = frame.distances(optima)
+    moves = np.diff(scale.scaled(optima), axis=0, prepend=np.nan)
     steps["moved"] = np.abs(moves).max(axis=1)
     if not scale.line.any():  # one design is the best in every objective
         steps[["hypervolume", "mu1", "moved"]] = np.nan

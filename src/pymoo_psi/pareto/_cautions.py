@@ -397,20 +397,22 @@ class _Checks:
 
     def worst(self) -> Iterator[Caution]:
         """Yield the caution about objectives in which the optimum is the worst."""
-        ends = self.d.max(axis=0)  # less than 1 if fixed ranges extend further
-        behind = ends - self.d[self.best]
+        lengths = self.d.max(axis=0)  # less than 1 if fixed ranges extend further
+        margins = lengths - self.d  # from the worst values
+        are_worst = margins <= EDGE * lengths
+        is_last = margins[self.best] <= 0
         # Nearly so is no news where most designs are, as of values that span decades.
-        is_crowded = (ends - self.d <= EDGE * ends).mean(axis=0) >= CROWD
-        is_worst = self.varying & (behind <= EDGE * ends) & ((behind <= 0) | ~is_crowded)
+        is_crowded = are_worst.mean(axis=0) >= CROWD
+        is_worst = self.varying & are_worst[self.best] & (is_last | ~is_crowded)
         if not is_worst.any():
             return
         worst = "the worst"
-        if (behind[is_worst] > 0).any():
+        if not is_last[is_worst].all():
             worst = "nearly the worst"
         # The first by place that is better there; place 2 may be worse still.
-        gains = (self.d[self.best] - self.d)[:, is_worst]
-        is_better = (gains > EDGE * ends[is_worst]).all(axis=1)
-        is_compromise = (ends - self.d > EDGE * ends)[:, self.varying].all(axis=1)
+        gains = self.d[self.best] - self.d
+        is_better = (gains > EDGE * lengths)[:, is_worst].all(axis=1)
+        is_compromise = ~are_worst[:, self.varying].any(axis=1)
         better = np.flatnonzero(is_better & is_compromise)
         following = ""
         if len(better):

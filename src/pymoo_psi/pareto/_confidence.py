@@ -111,13 +111,12 @@ def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
         ``(n, m)`` expectations, and ``(n, m, m)`` factors L of the covariances L Lᵀ.
     """
     n, m = values.shape
+    if n < _FEWEST_FOR_PRIOR * m:
+        return values, errors[:, :, None] * np.eye(m)
     lengths = unit_lengths(values.min(axis=0), values.max(axis=0))
     lengths = np.where(np.isfinite(lengths), lengths, 1.0)
-    # The noise of each design, as a diagonal matrix.
-    noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
-    if n < _FEWEST_FOR_PRIOR * m:
-        return values, np.sqrt(noise) * lengths[:, None]
     scaled = values / lengths
+    noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
     spread = np.atleast_2d(np.cov(scaled.T)) - noise.mean(axis=0)
     sizes, axes = np.linalg.eigh(spread)
     prior = (axes * np.maximum(sizes, _LEAST_VARIANCE)) @ axes.T

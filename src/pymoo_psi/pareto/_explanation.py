@@ -10,7 +10,7 @@ greatest loss in another objective, in units of the ranges, is the least.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     invalid,
     source_type,
 )
-from pymoo_psi.pareto._dominance import NOISE, without_rounding
+from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
@@ -125,7 +125,8 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).changes(1)
             (['f1 1 lower'], ['f2 5 higher'])
         """
-        return self._sides(k, change_of)
+        better, worse = self._sides(k)
+        return self._changes(k, better), self._changes(k, worse)
 
     def losses(self, k: int) -> list[str]:
         """Return the losses of the k-th design compared, each with its share of the range.
@@ -134,15 +135,11 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).losses(1)
             ['f2 5 higher (62 %)']
         """
-        texts = []
-        for j in by_size(np.abs(self.shares[k])):
-            loss = -self.gains[k, j]
-            share = -self.shares[k, j]
-            if loss > 0:
-                text = change_of(self.ranking, j, loss)
-                if within_range(share):
-                    text += f" ({percent(share)})"
-                texts.append(text)
+        _, worse = self._sides(k)
+        texts = self._changes(k, worse)
+        for i, share in enumerate(-self.shares[k, worse]):
+            if within_range(share):
+                texts[i] += f" ({percent(share)})"
         return texts
 
     def amounts(self, k: int) -> tuple[str, str]:
@@ -152,22 +149,29 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).amounts(1)
             ('1 of f1', '5 of f2')
         """
-        better, worse = self._sides(k, _amount_of)
-        return listed(better), listed(worse)
+        better, worse = self._sides(k)
+        return self._amounts(k, better), self._amounts(k, worse)
 
-    def _sides(
-        self, k: int, text_of: Callable[[EfficiencyRanking, int, float], str]
-    ) -> tuple[list[str], list[str]]:
-        """Return texts on the gains and on the losses of the k-th design, the greatest first."""
-        better = []
-        worse = []
-        for j in by_size(np.abs(self.shares[k])):
-            gain = self.gains[k, j]
-            if gain > 0:
-                better.append(text_of(self.ranking, j, -gain))
-            elif gain < 0:
-                worse.append(text_of(self.ranking, j, -gain))
-        return better, worse
+    def _amounts(self, k: int, objectives: Rows) -> str:
+        """Return by how much objectives of the k-th design differ, where one knows which way."""
+        names = self.ranking.objectives.names
+        amounts = [_amount(self.ranking, j, self.gains[k, j]) for j in objectives]
+        return listed(
+            [f"{amount} of {names[j]}" for amount, j in zip(amounts, objectives, strict=True)]
+        )
+
+    def _changes(self, k: int, objectives: Rows) -> list[str]:
+        """Return by how much objectives of the k-th design differ from those of the first."""
+        return [change_of(self.ranking, j, -self.gains[k, j]) for j in objectives]
+
+    def _sides(self, k: int) -> tuple[Rows, Rows]:
+        """Return in which objectives the k-th design gains, and in which it loses, the most first.
+
+        By the shares of the ranges.
+        """
+        order = by_size(np.abs(self.shares[k]))
+        gains = self.gains[k, order]
+        return order[gains > 0], order[gains < 0]
 
 
 def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
@@ -187,10 +191,6 @@ def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
         template = "higher"
     name = ranking.objectives.names[j]
     return sentence(template, objective=name, amount=_amount(ranking, j, change))
-
-
-def _amount_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
-    return f"{_amount(ranking, j, change)} of {ranking.objectives.names[j]}"
 
 
 def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
@@ -443,41 +443,43 @@ def _explanation_of(
     ranking: EfficiencyRanking, row: int, decimal: str, trades: tuple[str, ...]
 ) -> Explanation:
     """Return :func:`explain` of a row of a ranking."""
-    # The Pareto set as seen from the design: the steps to it in shares of the ranges.
     front = np.flatnonzero(ranking.pareto)
     values = _values(ranking, np.append(row, front))
-    gains = values[0] - values[1:]
+    own = values[:1]
+    optimal = values[1:]
+    behind = ranking.frame.behind(own)
+    # The Pareto set as seen from the design.
+    gains = own - optimal
     steps = gains / ranking.lengths
     losses = np.fmax(-steps, 0).max(axis=1)
     distances = np.sqrt((steps**2).sum(axis=1))
     distances[np.isnan(distances)] = np.inf
-
-    neighbours = np.full(gains.shape[1], -1)
+    neighbours = np.full(len(ranking.lengths), -1)
     for j, gain in enumerate(gains.T):
-        step = _STEP * ranking.lengths[j]
-        if gain.max() < step:  # all that gain count
-            step = 0.0
-        better = np.flatnonzero((gain > 0) & (gain >= step))
+        better = np.flatnonzero(gain > 0)
+        far = better[gain[better] >= _STEP * ranking.lengths[j]]
+        if len(far):
+            better = far
         if len(better):
             candidates = _least(better, losses, distances)
-            neighbours[j] = front[candidates[values[1:, j][candidates].argmin()]]
+            neighbours[j] = front[candidates[optimal[candidates, j].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
         # The least loss need not be 0: a value in a chain of close ones may be in another group
         # here than among all designs, where the dominance was found.
         candidates = np.flatnonzero(losses == losses.min())
         dominated_by = int(front[_least(candidates, distances)[0]])
-
-    best = values[1:].min(axis=0)
-    if ranking.frame.is_fixed:
-        best = ranking.frame.ideal  # what is better counts as equal to it
-    behind = values[0] - best
-    behind[behind <= NOISE * np.abs(best)] = 0.0  # equal but for rounding
-    shares = _shares(behind, ranking.lengths)
-    rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
-    compared = _compared(ranking, [*rows])
+    others = dict.fromkeys(neighbours[neighbours >= 0].tolist())
     return Explanation(
-        ranking, row, behind, shares, neighbours, compared, dominated_by, decimal, trades
+        ranking=ranking,
+        row=row,
+        behind=behind[0],
+        shares=ranking.frame.shares(behind)[0],
+        neighbours=neighbours,
+        steps=_compared(ranking, [row, *others]),
+        dominated_by=dominated_by,
+        decimal=decimal,
+        trades=trades,
     )
 
 
@@ -539,7 +541,7 @@ def _compared(ranking: EfficiencyRanking, rows: Sequence[int]) -> DesignComparis
     """Return the comparison of one design or more with the first."""
     values = _values(ranking, np.append(rows, np.flatnonzero(ranking.pareto)))[: len(rows)]
     gains = values[0] - values + 0.0  # no -0.0
-    shares = _shares(gains, ranking.lengths)
+    shares = ranking.frame.shares(gains)
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), gains, shares)
 
 
@@ -547,13 +549,6 @@ def _values(ranking: EfficiencyRanking, rows: Rows) -> Array:
     """Return the objectives of designs, minimised; values equal up to rounding coincide."""
     objectives = ranking.objectives
     return without_rounding(objectives.values[rows] * objectives.sign)
-
-
-def _shares(differences: Array, lengths: Array) -> Array:
-    """Return differences in units of the ranges; NaN for one where the range is 0."""
-    shares = differences / lengths + 0.0  # no -0.0
-    shares[np.isinf(lengths) & (differences != 0)] = np.nan
-    return shares
 
 
 def within_range(share: float) -> bool:

@@ -57,6 +57,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.pareto._dominance import (
     LAST_PLACES,
+    NOISE,
     Levels,
     in_threads,
     levels,
@@ -122,6 +123,21 @@ class UtopianFrame:
             np.maximum(d, 0.0, out=d)
         d /= self.scale
         return d
+
+    def behind(self, F: Array) -> Array:
+        """Return by how much ``(n, m)`` points are worse than U, in units of the objectives.
+
+        It is 0 for what is better than a fixed U, or equal to it but for rounding.
+        """
+        behind = F - self.ideal
+        behind[behind <= NOISE * np.abs(self.ideal)] = 0.0
+        return behind
+
+    def shares(self, differences: Array) -> Array:
+        """Return ``(n, m)`` differences of points as shares of N − U; NaN of a range of 0."""
+        shares = differences / self.lengths + 0.0  # no -0.0
+        shares[np.isinf(self.lengths) & (differences != 0)] = np.nan
+        return shares
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n,)`` distances of ``(n, m)`` points to U, the criterion μ1."""

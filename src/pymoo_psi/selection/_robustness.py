@@ -111,16 +111,14 @@ def robustness(
     names = list(robust.space.variable_names)
     designs = _designs(X, names)
     F, feasible = _in_scenarios(robust, robust.space.to_matrix(designs))
-    optimum, efficient, pareto = np.zeros((3, *feasible.shape), dtype=bool)  # (S, n) each
+    counts = np.zeros((len(designs), 3))
     regret = np.full(feasible.shape, np.nan)
     for k, rows in enumerate(map(np.flatnonzero, feasible)):
         if len(rows) == 0:
             continue
         ranking = rank_of_efficiency(F[k][rows], normalize=normalize)
-        optimum[k, rows[ranking.salukvadze]] = True
         # Ranks 5 and 6 need P23 and one more pair: nearest to U in two respects.
-        efficient[k, rows] = ranking.rank >= 5
-        pareto[k, rows] = ranking.pareto
+        counts[rows] += np.column_stack([ranking.place == 1, ranking.rank >= 5, ranking.pareto])
         # The minimum over the Pareto-optimal designs is that over all: as f >= U, a dominated
         # design is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
@@ -128,9 +126,7 @@ def robustness(
     frame = pd.DataFrame(list(designs))
     if not isinstance(designs[0], Mapping):  # a matrix has no names of variables
         frame.columns = names
-    frame["optimum_share"] = optimum.mean(axis=0)
-    frame["efficient_share"] = efficient.mean(axis=0)
-    frame["pareto_share"] = pareto.mean(axis=0)
+    frame[["optimum_share", "efficient_share", "pareto_share"]] = counts / len(feasible)
     frame["infeasible_share"] = (~feasible).mean(axis=0)
     regrets = pd.DataFrame(regret)  # whose mean and maximum omit NaN
     frame["mean_regret"] = regrets.mean()
