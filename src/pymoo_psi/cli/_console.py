@@ -15,7 +15,8 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,7 @@ _LEAST_LABEL = 16
 _GAP = "  "
 _BESIDE_PLACES = " " * len("place") + _GAP
 _MOST_NAMED = 6  # values of the proposed test
+_FORMATS = {file_format.suffix: file_format for file_format in FORMATS}
 _NUMBER = re.compile(r"[-−+]?\.?\d")
 _PLAIN_WORD = re.compile(rf"[\w@%+:,./{re.escape(os.sep)}-]+")
 
@@ -107,14 +109,20 @@ def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
         texts = [_cell(name), *map(_cell, values)]
         is_text = not any(map(_NUMBER.match, texts[1:]))
         columns.append(_aligned(texts, left=is_text))
-    keys = [_GAP.join(row) for row in zip(*columns[:n_keys], strict=True)]
-    lines = keys
+    keys = columns[:n_keys]
+    parts = [keys]
     for column in columns[n_keys:]:
-        if lines is not keys and _columns(f"{lines[0]}{_GAP}{column[0]}") > text_width():
-            print_text("\n".join([*map(str.rstrip, lines), ""]))
-            lines = keys
-        lines = [_GAP.join(pair) for pair in zip(lines, column, strict=True)]
-    print_text("\n".join(map(str.rstrip, lines)))
+        wider = [*parts[-1], column]
+        if len(wider) > n_keys + 1 and _columns(_rows(wider)[0]) > text_width():
+            parts.append([*keys, column])
+        else:
+            parts[-1] = wider
+    print_text("\n\n".join("\n".join(map(str.rstrip, _rows(part))) for part in parts))
+
+
+def _rows(columns: list[list[str]]) -> list[str]:
+    """Return the lines of a table from its columns, whose texts have the same width."""
+    return [_GAP.join(row) for row in zip(*columns, strict=True)]
 
 
 def _cell(value: Any) -> str:
@@ -149,32 +157,30 @@ def say_ranking(
         all_by: The option or command that shows all cautions.
         out: The file that has the designs which are not shown, if any.
     """
-    columns = text_width()
-    above = wrapped(head, columns).splitlines()
     sentences = proposal(table, cautions)
     if cautions:
         text = f"Caution: {cautions[0].sentence}"
         if len(cautions) > 1:
             text += f" ({all_by} shows {len(cautions) - 1} more.)"
         sentences.append(text)
-    below = wrapped([*sentences, *notes], columns).splitlines() + _next(following, columns)
+    above = wrapped(head, text_width())
+    below = "\n".join([wrapped([*sentences, *notes], text_width()), *_next(following)])
     # Beside them: two blank lines, the head of the table, its ends, and the count of further rows;
     # units have a line more.
-    n_rows = _LINES - len(above) - len(below) - 6
-    designs = _table(table, min(max(n_rows, _LEAST_ROWS), _MOST_ROWS), columns, out)
-    print_text("\n".join([*above, "", *designs, "", *below]))
+    n_rows = _LINES - len(above.splitlines()) - len(below.splitlines()) - 6
+    designs = _table(table, min(max(n_rows, _LEAST_ROWS), _MOST_ROWS), out)
+    print_text("\n\n".join([above, "\n".join(designs), below]))
 
 
 # The table
 
 
-def _table(table: TestTable, n_rows: int, columns: int, out: Path | None) -> list[str]:
-    """Return the lines of the table, which fit into a width.
+def _table(table: TestTable, n_rows: int, out: Path | None) -> list[str]:
+    """Return the lines of the table, with the counts of designs and objectives that are left out.
 
     Args:
         table: The tests.
         n_rows: How many designs are shown.
-        columns: The width of the terminal.
         out: The file that has the other designs, if any.
     """
     ranking = table.feasible_ranking()
@@ -182,62 +188,49 @@ def _table(table: TestTable, n_rows: int, columns: int, out: Path | None) -> lis
     if len(optimal) == n_rows + 1:  # the row itself takes no more than its count
         n_rows += 1
     shown = optimal[:n_rows]
-    numbers = _numbers_of_objectives(ranking, optimal, n_rows)
-    word = (table.schema.label or TEST).replace("_", " ")
-    names = [_one_line(ranking.name_of(row).removeprefix(f"{word} ")) for row in shown]
+    word, *names = map(_one_line, name_column(table, shown))
     names = [word, "", *names, "best", "worst"]
     least = min(max(map(_columns, names)), _LEAST_LABEL)
-    cells, room = _fitting(numbers, columns - len(_BESIDE_PLACES), least)
+    objectives = _objective_columns(ranking, shown)
+    cells, room = _fitting(objectives, text_width() - len(_BESIDE_PLACES), least)
     names = [shortened(name, max(room, least)) for name in names]
     places = ["place", "", *map(str, ranking.place[shown]), "", ""]
-    rows = zip(_aligned(places), _aligned(names, left=True), *cells, strict=True)
-    lines = [_GAP.join(row).rstrip() for row in rows]
-    return _with_counts(lines, len(optimal) - len(shown), len(numbers) - len(cells), out)
-
-
-def _with_counts(lines: list[str], n_hidden: int, n_folded: int, out: Path | None) -> list[str]:
-    """Return a table with the counts of what has no place in it, without units if there are none.
-
-    Args:
-        lines: Its headings, units, designs, and the best and the worst values.
-        n_hidden: How many designs are left out.
-        n_folded: How many objectives are left out.
-        out: The file that has the other designs, if any.
-    """
-    headings, units, *designs, best, worst = lines
+    lines = _rows([_aligned(places), _aligned(names, left=True), *cells])
+    headings, units, *designs, best, worst = map(str.rstrip, lines)
     lines = [headings, *filter(None, [units]), *designs]
+    n_hidden = len(optimal) - len(shown)
     if n_hidden:
-        more = f"{_BESIDE_PLACES}… {n_hidden} more"
-        if out is None:
-            more += ": --out FILE.csv"
-        lines.append(more)
+        where = "" if out else ": --out FILE.csv"
+        lines.append(f"{_BESIDE_PLACES}… {n_hidden} more{where}")
     lines += [best, worst]
+    n_folded = len(objectives) - len(cells)
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines
 
 
-def _numbers_of_objectives(
-    ranking: EfficiencyRanking, optimal: Rows, n_rows: int
-) -> list[tuple[str, str, list[str]]]:
+def name_column(table: TestTable, rows: Rows) -> list[str]:
+    """Return what designs are called and the names of some rows of the ranking, without this."""
+    ranking = table.feasible_ranking()
+    word = (table.schema.label or TEST).replace("_", " ")
+    return [word, *(ranking.name_of(row).removeprefix(f"{word} ") for row in rows)]
+
+
+def _objective_columns(ranking: EfficiencyRanking, rows: Rows) -> list[tuple[str, str, list[str]]]:
     """Return name and direction of each objective, its unit and its numbers, best and worst last.
 
     Args:
         ranking: The ranking.
-        optimal: The rows of the Pareto-optimal designs, by place.
-        n_rows: How many of them are shown.
+        rows: The rows of the designs that are shown.
     """
     objectives = ranking.objectives
-    numbers = []
+    values = np.vstack([objectives.values[rows], ranking.ideal, ranking.nadir])
+    columns = []
     for j, (name, number_format) in enumerate(_formats(ranking).items()):
-        values = objectives.values[optimal, j]
-        text = number_format.text
-        ends = [ranking.ideal[j], ranking.nadir[j]]
         arrow = "↑" if objectives.sign[j] < 0 else "↓"
         unit = _one_line(objectives.units.get(name, ""))
-        texts = [unit, *map(text, [*values[:n_rows], *ends])]
-        numbers.append((_one_line(name), arrow, texts))
-    return numbers
+        columns.append((_one_line(name), arrow, [unit, *map(number_format.text, values[:, j])]))
+    return columns
 
 
 def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
@@ -249,24 +242,23 @@ def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
 
 
 def _fitting(
-    numbers: list[tuple[str, str, list[str]]], columns: int, least: int
+    objectives: list[tuple[str, str, list[str]]], columns: int, least: int
 ) -> tuple[list[list[str]], int]:
     """Return the columns of as many objectives as fit, one or more, and the room that they leave.
 
     Args:
-        numbers: The name of each objective, its direction, and the texts below.
+        objectives: The name of each objective, its direction, and the texts below.
         columns: The width for them and the names of the designs.
         least: The least width for the names.
     """
-    for n_shown in range(len(numbers), 0, -1):
-        for most in _HEADING_WIDTHS:
-            cells = []
-            room = columns
-            for name, arrow, texts in numbers[:n_shown]:
-                cells.append(_aligned([f"{shortened(name, most)} {arrow}", *texts]))
-                room -= len(_GAP) + _columns(cells[-1][0])
-            if room >= least:
-                return cells, room
+    for n_shown, most in product(range(len(objectives), 0, -1), _HEADING_WIDTHS):
+        cells = []
+        room = columns
+        for name, arrow, texts in objectives[:n_shown]:
+            cells.append(_aligned([f"{shortened(name, most)} {arrow}", *texts]))
+            room -= len(_GAP) + _columns(cells[-1][0])
+        if room >= least:
+            break
     return cells, room
 
 
@@ -324,7 +316,6 @@ def _with_values(why: Explanation, table: TestTable) -> str:
     if schema.label not in (None, ROW):
         return why.standing
     ranking = why.ranking
-    optimal = ranking.rows[ranking.pareto]
     row = ranking.rows[why.row]
     formats = _formats(ranking)
     groups = []
@@ -332,17 +323,16 @@ def _with_values(why: Explanation, table: TestTable) -> str:
         texts = []
         for name in names[:_MOST_NAMED]:
             cells = table.column(name)
-            text = str(cells[row])
+            text: Callable[[Any], str] = str
             if cells.dtype.kind in "fi":
-                number_format = formats.get(name) or NumberFormat.of(cells[optimal])
-                text = number_format.text(cells[row])
-            texts.append(f"{name} {text} {schema.units.get(name, '')}".strip())
+                optimal = cells[ranking.rows[ranking.pareto]]
+                text = formats.get(name, NumberFormat.of(optimal)).text
+            texts.append(f"{name} {text(cells[row])} {schema.units.get(name, '')}".strip())
         if len(names) > _MOST_NAMED:
             texts.append("…")
-        if texts:
-            groups.append(", ".join(texts))
-    name = ranking.name_of(why.row)
-    return why.standing_of(f"{name} ({'; '.join(groups)})")
+        groups.append(", ".join(texts))
+    values = "; ".join(filter(None, groups))
+    return why.standing_of(f"{ranking.name_of(why.row)} ({values})")
 
 
 # The next command
@@ -375,11 +365,11 @@ def _quoted(word: str) -> str:
 
 def say_next(following: Names) -> None:
     """Print the next command: its first words, and its options."""
-    print_text("\n".join(_next(following, text_width())))
+    print_text("\n".join(_next(following)))
 
 
-def _next(following: Names, columns: int) -> list[str]:
-    return continued([f"Next: {following[0]}", *following[1:]], columns)
+def _next(following: Names) -> list[str]:
+    return continued([f"Next: {following[0]}", *following[1:]], text_width())
 
 
 def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
@@ -429,9 +419,9 @@ def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
             raise invalid("--out", "another file than the one that is read", str(path))
     if path.suffix.lower() not in suffixes or path.is_dir():
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
-    for file_format in FORMATS:
-        if file_format.suffix == path.suffix.lower():
-            file_format.require_packages()
+    file_format = _FORMATS.get(path.suffix.lower())
+    if file_format is not None:
+        file_format.require_packages()
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
     for file in (path, metadata_path(path)):  # a CSV is written with its metadata
@@ -446,10 +436,10 @@ def _is_ours(path: Path) -> bool:
     """Return whether a file is empty or a result of pymoo-psi, which a new one may replace."""
     if path.stat().st_size == 0:
         return True
-    for file_format in FORMATS:
-        if file_format.suffix == path.suffix.lower():
-            return file_format.is_ours(path)
-    return is_marked(path)  # HTML
+    file_format = _FORMATS.get(path.suffix.lower())
+    if file_format is None:  # HTML
+        return is_marked(path)
+    return file_format.is_ours(path)
 
 
 def results_folder(out: Path) -> Path:

@@ -34,6 +34,7 @@ from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
     command,
     continued,
+    name_column,
     print_frame,
     print_text,
     proposal,
@@ -200,8 +201,7 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     places[~ranking.pareto[rows]] = "dominated"
     designs = table.take(ranking.rows[rows])
     schema = table.schema
-    word = (schema.label or TEST).replace("_", " ")
-    names = [ranking.name_of(row).removeprefix(f"{word} ") for row in rows]
+    word, *names = name_column(table, rows)
     columns = [Series(names, name=word), Series(places, name="place")]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
