@@ -10,6 +10,7 @@ error, reported in one line; 130 interrupted.
 
 from __future__ import annotations
 
+import codecs
 import inspect
 import os
 import re
@@ -520,8 +521,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The words after ``pymoo-psi``; those of the process by default.
     """
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # "?" replaces what a terminal cannot show
-            stream.reconfigure(errors="replace")
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="pymoo_psi")
     if arguments is None:
         arguments = sys.argv[1:]
     # Without any words click reports a mistake, code 2; here they ask for help, code 0.
@@ -535,28 +536,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 return int(app.invoke(context))
     except click.exceptions.Exit as end:  # --help, --version
         return end.exit_code
-    except PsiError as error:  # before OSError, as a StudyAccessError is both
-        message = str(error)
-    except click.ClickException as error:
-        message = error.format_message()
-    except OSError as error:
-        message = f"{error.filename or 'file'}: {error.strerror or error}"
-    except MemoryError:
-        message = "out of memory; reduce --points"
     except KeyboardInterrupt as interrupt:
-        remark = "no file is left half-written"
-        if interrupt.args:
-            remark = interrupt.args[0]
+        remark = [*interrupt.args, "no file is left half-written"][0]
         print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
-    # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    print_error(f"pymoo-psi: error: {' '.join(message.split())}")
-    return 2
+    except (PsiError, click.ClickException, OSError, MemoryError) as error:
+        # A message of pymoo or of a user's model may have several lines; scripts count on one.
+        print_error(f"pymoo-psi: error: {' '.join(_message(error).split())}")
+        return 2
 
+
+def _message(error: Exception) -> str:
+    """Return the message of an error that a user can mend."""
+    if isinstance(error, click.ClickException):
+        return error.format_message()
+    if isinstance(error, MemoryError):
+        return "out of memory; reduce --points"
+    if isinstance(error, OSError) and not isinstance(error, PsiError):  # some are both
+        return f"{error.filename or 'file'}: {error.strerror or error}"
+    return str(error)
+
+
+# Letters that some encodings lack, such as that of a pipe on Windows; arrows are directions.
+_PLAIN = str.maketrans("↑↓\u00a0−—…“”", '^v --~""')
+
+
+def _plain(error: Any) -> tuple[str, int]:
+    """Return what is written for letters that the encoding of a stream lacks: like ones, or "?"."""
+    text = error.object[error.start : error.end].translate(_PLAIN)
+    return text.encode("ascii", "replace").decode("ascii"), error.end
+
+
+codecs.register_error("pymoo_psi", _plain)
 
 # Arguments of Python that have other names in a command.
 _TYPED = {
     "problem": "PROBLEM",
+    "study": "FILE",  # of live; another command has it as an option
     "n_points": "--points",
     "more": "--points +N",
     "n_evaluations": "--points",

@@ -16,7 +16,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
-from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
+from pymoo_psi.paper import PAPER_MU, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
@@ -94,26 +94,8 @@ def _print_comparison(result: Comparison, name: str) -> None:
 
 def run_reproduce(options: Options) -> int:
     """Compute the tables, write them and the figures, and print the tables."""
-    out = options.out
-    mu = options.mu or PAPER_MU
-    models: list[ModelName] = ["rolling", "full"]  # the printed tables follow from the first
-    if options.model is not None:
-        models = [options.model]
-    folder = results_folder(out)
-    n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
-    steps = count(1)
-    with progress_bar(True) as show:
-
-        def show_case(case: Case) -> None:
-            show(next(steps) / n_steps, f"mu = {case.mu}, {case.model} model")
-
-        result = reproduce(
-            options.points, mu=mu, models=models, n_jobs=options.jobs, callback=show_case
-        )
-        # Figures take most of the time, so that a second process is worth its start.
-        draw = partial(_draw_paper, result, out)
-        for number, _ in in_parallel(draw, models, options.jobs):
-            show(next(steps) / n_steps, f"figures of the {models[number]} model")
+    folder = results_folder(options.out)
+    result = _reproduced(options)
     points = counted(options.points, "LPτ test point")
     say(f"{points} for each of {counted(len(result.cases), 'case')}.")
     for name, table in {"6_1": result.table_6_1(), "6_2": result.table_6_2()}.items():
@@ -122,8 +104,35 @@ def run_reproduce(options: Options) -> int:
         texts = values.map("{:.4f}".format, na_action="ignore")
         print_frame(table.assign(**texts), _TITLES[name], n_keys=2)
     say(*_HEADINGS.splitlines())
-    say(f"Tables and figures written to {out}.")
+    say(f"Tables and figures written to {options.out}.")
     return 0
+
+
+def _reproduced(options: Options) -> Reproduction:
+    """Solve the cases and draw their figures, and show the progress."""
+    mu = [*dict.fromkeys(options.mu or PAPER_MU)]
+    models: list[ModelName] = ["rolling", "full"]  # the printed tables follow from the first
+    if options.model is not None:
+        models = [options.model]
+    n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
+    steps = count(1)
+    with progress_bar(True) as show:
+
+        def show_step(note: str) -> None:
+            show(next(steps) / n_steps, note)
+
+        result = reproduce(
+            options.points,
+            mu=mu,
+            models=models,
+            n_jobs=options.jobs,
+            callback=lambda case: show_step(f"mu = {case.mu}, {case.model} model"),
+        )
+        # Figures take most of the time, so that a second process is worth its start.
+        draw = partial(_draw_paper, result, options.out)
+        for number, _ in in_parallel(draw, models, options.jobs):
+            show_step(f"figures of the {models[number]} model")
+    return result
 
 
 def _draw_paper(result: Reproduction, out: Path, model: ModelName) -> None:
