@@ -13,7 +13,7 @@ than a run of the other, with ties counted half.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Integral
 from pathlib import Path
@@ -166,34 +166,32 @@ class Reference:
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """
+        if len(F) == 0:
+            worst: dict[str, float] = dict.fromkeys(INDICATORS, np.inf)
+            return {**worst, "hypervolume": 0.0, "n_nondominated": 0}
         # Without a range nothing tells how much worse, or better, another value is.
         constant = np.isinf(self.frame.lengths)
         ends = np.array([self.frame.ideal, *F])[:, constant]
-        if len(F) > 0 and np.isfinite(unit_lengths(ends.min(axis=0), ends.max(axis=0))).any():
+        if np.isfinite(unit_lengths(ends.min(axis=0), ends.max(axis=0))).any():
             rule = "objectives of runs of the reference, where one of them is constant"
             raise invalid("F", rule, F, "include these in Reference.of")
         scaled = self.frame.scaled(F)
-        quality = {
+        optimum = F[rank_of_efficiency(F).salukvadze[:1]]
+        distance = self.frame.scaled(optimum) - self.frame.scaled(self.optimum)
+        return {
             "hypervolume": hypervolume(scaled, _REFERENCE_POINT)[0],
-            "igd_plus": np.inf,
-            "epsilon": np.inf,
-            "optimum_distance": np.inf,
+            "igd_plus": float(igd_plus(scaled, ref=self.points)),
+            "epsilon": float(epsilon_additive(scaled, ref=self.points)),
+            "optimum_distance": float(np.linalg.norm(distance)),
             "n_nondominated": len(F),
         }
-        if len(F) > 0:
-            quality["igd_plus"] = float(igd_plus(scaled, ref=self.points))
-            quality["epsilon"] = float(epsilon_additive(scaled, ref=self.points))
-            optimum = F[rank_of_efficiency(F).salukvadze[:1]]
-            distance = self.frame.scaled(optimum) - self.frame.scaled(self.optimum)
-            quality["optimum_distance"] = float(np.linalg.norm(distance))
-        return quality
 
 
 # Powers of 2: so many LPτ points form complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
 # Surrogates get fewer: a run with 4096 evaluations would take minutes.
 FEW_EVALUATIONS = (64, 128, 256)
-_WITH_SURROGATES = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
+_WITH_SURROGATES = {SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"]}
 _DETERMINISTIC = SEARCHES["psi"]
 
 
@@ -424,37 +422,48 @@ def compare(
         rule = "one whose tests of a design do not differ"
         raise invalid("the problem of a comparison", rule, Received("a noisy one"))
     problem_schema(problem, design_space(problem))  # reports flaws before any run
-    fronts = []
+    front = np.empty((0, problem.n_obj))
     if reference_front is not None:
         front = objective_matrix("reference_front", reference_front)
         require_shape("reference_front", front, (len(front), problem.n_obj))
-        fronts.append(front)
     n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
     tasks = _tasks(by_name, n_evaluations, seeds)
-    path = None
+    path = None if folder is None else Path(folder)
+    with progress_bar(progress) as bar:
+        runs = tuple(_independent(_results(problem, by_name, tasks, path, n_jobs, bar)))
+    reference = Reference.of([*(run.F for run in runs), front])
+    measures = _measures(runs, reference, n_jobs)
+    return Comparison(problem_name(problem), runs, reference, measures)
+
+
+def _results(
+    problem: Any,
+    by_name: Mapping[str, Search],
+    tasks: Sequence[Task],
+    folder: Path | None,
+    n_jobs: int,
+    show: Callable[[float], object],
+) -> list[RunResult]:
+    """Return the results of tasks; those that a folder has are not performed again."""
     results = {}
     if folder is not None:
-        path = Path(folder)
-        results = {result.task: result for result in stored_results(path, problem)}
-
-    def performed(task: Task) -> RunResult:
-        # The process that performs a run stores it, even if its parent process ends before.
-        return perform(problem, by_name[task.algorithm], task, path)
-
+        results = {result.task: result for result in stored_results(folder, problem)}
     missing = [task for task in tasks if task not in results]
     # The longest first, so that all processes end at about the same time; and one of each
     # algorithm, so that one that does not suit the problem is found early.
     missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
-    with progress_bar(progress) as bar:
-        bar(1 - len(missing) / len(tasks))
-        for n, (_, result) in enumerate(in_parallel(performed, missing, n_jobs), 1):
-            results[result.task] = result
-            bar(1 - (len(missing) - n) / len(tasks))
-    runs = tuple(_independent([results[task] for task in tasks]))
-    reference = Reference.of([*(run.F for run in runs), *fronts])
-    measures = _measures(runs, reference, n_jobs)
-    return Comparison(problem_name(problem), runs, reference, measures)
+
+    def performed(task: Task) -> RunResult:
+        # The process that performs a run stores it, even if its parent process ends before.
+        return perform(problem, by_name[task.algorithm], task, folder)
+
+    n_known = len(tasks) - len(missing)
+    show(n_known / len(tasks))
+    for n, (_, result) in enumerate(in_parallel(performed, missing, n_jobs), n_known + 1):
+        results[result.task] = result
+        show(n / len(tasks))
+    return [results[task] for task in tasks]
 
 
 def _tasks(
@@ -467,18 +476,16 @@ def _tasks(
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
     if n_evaluations is None:
         n_evaluations = DEFAULT_EVALUATIONS
-        if any(search in _WITH_SURROGATES for search in by_name.values()):
+        if not _WITH_SURROGATES.isdisjoint(by_name.values()):
             n_evaluations = FEW_EVALUATIONS
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
-    several: list[int | None] = [*_integers("seeds", seeds, minimum=0)]
+    several = _integers("seeds", seeds, minimum=0)
     tasks = []
     for name, search in by_name.items():
-        seeds_of_search = several
-        if search is _DETERMINISTIC:
-            seeds_of_search = [None]  # the statistical tests recognize it by this
-        for budget in budgets:
-            for seed in seeds_of_search:
-                tasks.append(Task(name, budget, seed))
+        # The statistical tests recognize a deterministic algorithm by its missing seed.
+        seeds_of_search = [None] if search is _DETERMINISTIC else several
+        for budget, seed in itertools.product(budgets, seeds_of_search):
+            tasks.append(Task(name, budget, seed))
     return tasks
 
 

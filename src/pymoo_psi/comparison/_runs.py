@@ -264,11 +264,11 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     except EndOfRunError:
         pass
     except Exception as error:
-        if isinstance(error, PsiError) and not str(observed.end):
+        if isinstance(error, PsiError) and not observed.failure:
             raise
         reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
-    reason = str(observed.end) or reason
+    reason = observed.failure or reason
     if reason:
         raise PsiError(
             f"the run of {task} ended in {reason}; use FailureTolerant(problem) if designs fail, "
@@ -304,7 +304,7 @@ class ObservedProblem(WrappedProblem):
     Attributes:
         wrapped: The problem.
         left: How many designs may still be evaluated.
-        end: The error that has ended the run; without a text before that.
+        failure: The failure of a design that has ended the run, or an empty text.
         evaluation_seconds: Wall time spent in the problem.
     """
 
@@ -314,22 +314,22 @@ class ObservedProblem(WrappedProblem):
         # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
         self.left = budget
-        self.end = EndOfRunError()
+        self.failure = ""
         self.evaluation_seconds = 0.0
         self._kept: list[Values] = []
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
-            raise self.end
+            raise EndOfRunError
         designs = np.array(design_space(self.wrapped).to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         # pymoo's own `do` would transpose a wrong F and fill in a missing G.
         out = evaluate_designs(self.wrapped, X, *args, **kwargs)
         for reason in filter(None, out["failure"]):
-            self.end = EndOfRunError(f"a design that failed: {reason}")
+            self.failure = f"a design that failed: {reason}"
             self.left = 0  # PSI takes the error for that of a design, and asks for the next ones
-            raise self.end
+            raise EndOfRunError
         self.evaluation_seconds += time.perf_counter() - began
         self.left -= len(X)
         self._kept.append({"X": designs, **{name: out[name] for name in _KEPT}})
@@ -349,7 +349,7 @@ class ObservedProblem(WrappedProblem):
 
 
 class EndOfRunError(PsiError):
-    """The end of a run: a design has failed, or, without a text, its budget is spent."""
+    """The end of a run: a design has failed, or its budget is spent."""
 
 
 # Each run is stored as a study in its own file, which is written completely or not at all, so that
