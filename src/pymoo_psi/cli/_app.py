@@ -109,7 +109,12 @@ _OF_PROBLEM = [
     _names("bounds", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
-    _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
+    click.Option(
+        ["--from", "source"],
+        metavar="FILE",
+        help="First add the tests in FILE (.csv, .json, .xlsx, .db) to the study.",
+        type=path_in,
+    ),
 ]
 _JOBS = _option(
     "jobs",
@@ -227,7 +232,11 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
     ),
     _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
     _flag("new", text="Write an example FILE.toml to edit."),
-    _flag("try", text="Run the program of a FILE.toml once and show every step."),
+    click.Option(
+        ["--try", "trial"],
+        is_flag=True,
+        help="Run the program of a FILE.toml once and show every step.",
+    ),
     *_FORMULATION,
     _JOBS,
     _option(

@@ -80,12 +80,12 @@ def load_problem(
     Raises:
         PsiError: There is no such problem, or it cannot be constructed.
     """
+    source = _source(name)
     if timeout is not None:
         positive_number("--timeout", timeout)
-    source = _source(name)
-    if timeout is not None and name.endswith(".toml") and not source.by_people:
-        # The program's own limit, so that its folder is kept and named in the reason.
-        source.program = replace(source.program, timeout=timeout)
+        if name.endswith(".toml") and not source.by_people:
+            # The program's own limit, so that its folder is kept and named in the reason.
+            source.program = replace(source.program, timeout=timeout)
     words = _command_words(name)  # before click has consumed the arguments of the problem
     problem = _construct(name, source)
     if problem.n_var < 1:  # pymoo's -1 if a problem gives none
@@ -179,6 +179,7 @@ def _construct(name: str, source: Any) -> Problem:
         if names:
             remedy = f"its arguments: {', '.join(names)}"
         problem = source(**_arguments(name, names))
+        problem_name(problem)  # a method of pymoo, which may raise
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
@@ -233,22 +234,26 @@ def set_runner(problem: Problem, options: Options) -> Runner | None:
         received = Received(f"{problem_name(problem)}, which takes many at once")
         rule = "a problem that evaluates one design at a time if --timeout is given"
         raise invalid("PROBLEM", rule, received)
+    if not problem.elementwise and options.cluster is not None and options.algorithm != "psi":
+        rule = "used with --algorithm psi if a problem takes many designs at once"
+        raise invalid("--cluster", rule, options.algorithm)
     if isinstance(layers(problem)[-1], ProgramProblem):
         timeout = None  # the program's own
-    runner: Runner | None = None
-    if options.cluster is not None:
-        if not problem.elementwise and options.algorithm != "psi":
-            rule = "used with --algorithm psi if a problem takes many designs at once"
-            raise invalid("--cluster", rule, options.algorithm)
-        runner = _cluster_runner(options.cluster, timeout)
-    elif options.jobs != 1 or timeout is not None:
-        # In other processes, as a model may end its own.
-        runner = runner_of_jobs(options.jobs, timeout)
+    runner = _runner(options, timeout)
     if not problem.elementwise:
         return runner
     if runner is not None:
         problem.elementwise_runner = runner
     return None
+
+
+def _runner(options: Options, timeout: float | None) -> Runner | None:
+    """Return the runner that the options ask for, if any."""
+    if options.cluster is not None:
+        return _cluster_runner(options.cluster, timeout)
+    if options.jobs == 1 and timeout is None:
+        return None
+    return runner_of_jobs(options.jobs, timeout)  # other processes, as a model may end its own
 
 
 def _cluster_runner(place: str, timeout: float | None) -> Runner:

@@ -71,7 +71,7 @@ _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
 _KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry", "share")
-_OF_STUDY = ("share", "study_key", "retry", "from", "live")  # options that need one
+_OF_STUDY = ("share", "study_key", "retry", "source", "live")  # options that need one
 _RANKED_LATER = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
 # Algorithms, the options that the others do not use, and what to do instead.
 _USED_BY = (
@@ -119,11 +119,11 @@ def run_solve(options: Options) -> int:
         noisy=options.noisy,
     )
     require_model(problem)
-    if getattr(options, "try"):  # a keyword of Python, as "from" is
+    if options.trial:
         return try_program(options.problem, problem)
     out = options.out
     if out is not None:
-        inputs = (options.study, options.decision, getattr(options, "from"))
+        inputs = (options.study, options.decision, options.source)
         out = require_output(out, suffixes_for("designs"), *inputs)
     settings = _prepared(options, problem, settings)  # after this only the search can fail
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
@@ -145,23 +145,29 @@ def run_solve(options: Options) -> int:
 
 def _settings(options: Options) -> tuple[int, RunOptions]:
     """Return how many points are asked for, and how; refuse options that have no effect."""
+    settings = _run_options(options)
     algorithm = options.algorithm
-    formulation = decision_in(options).formulation
-    n_points, more = options.points or (_POINTS[algorithm], False)
-    if not options.points and options.problem.endswith(".toml"):
-        n_points = _POINTS_OF_PROGRAM
     for algorithms, names, remedy in _USED_BY:
         words = typed_options(names)
         if words and algorithm not in algorithms:
             rule = f"{' or '.join(algorithms)} if {words[0]} is given"
             raise invalid("--algorithm", rule, algorithm, remedy)
+    default = _POINTS[algorithm]
+    if options.problem.endswith(".toml"):
+        default = _POINTS_OF_PROGRAM
+    n_points, more = options.points or (default, False)
     if more and algorithm == "nsga3":
         raise invalid("--algorithm", "psi or surrogate for --points +N", algorithm)
     words = typed_options(_OF_STUDY)
     if words and options.study is None:
         raise invalid(words[0], "used with --study", Received("no --study"))
-    keywords = {name: getattr(options, name) for name in _KEYWORDS}
-    return n_points, RunOptions(**keywords, more=more, formulation=formulation)
+    return n_points, replace(settings, more=more)
+
+
+def _run_options(options: Options) -> RunOptions:
+    """Return the options of a run that a command has, with the formulation of the others."""
+    keywords = {name: value for name, value in vars(options).items() if name in _KEYWORDS}
+    return RunOptions(**keywords, formulation=decision_in(options).formulation)
 
 
 def _prepared(options: Options, problem: Problem, settings: RunOptions) -> RunOptions:
@@ -175,11 +181,9 @@ def _prepared(options: Options, problem: Problem, settings: RunOptions) -> RunOp
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study, if it is given."""
-    source = getattr(options, "from")
-    if source is None:
-        return
-    taken, *remarks = import_tests(problem, source, run).remarks
-    say(f"{source}: {taken}", *remarks)
+    if options.source is not None:
+        taken, *remarks = import_tests(problem, options.source, run).remarks
+        say(f"{options.source}: {taken}", *remarks)
 
 
 # The search
@@ -340,14 +344,13 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     source = [str(options.study or options.out or "FILE.db")]
-    if options.study is not None or options.out is None:  # a study keeps no formulation
+    if source != [str(options.out)]:  # a study keeps no formulation, a table does
         source += typed_options(OF_FORMULATION)
+    following = command("pymoo-psi", "page", *source)
     if options.study is None and options.out is None:
         typed = click.get_current_context().obj
         first, *others = command("pymoo-psi", *typed, "--study", source[0])
         following = [f"keep every test by {first}", *others]
-    else:
-        following = command("pymoo-psi", "page", *source)
     say_ranking(
         table,
         cautions_of_distances(ranking),
@@ -363,11 +366,10 @@ def _added(result: Result, former: Result) -> str:
     """Return what this run has added to the tests of a study, and whether the proposal is new."""
     table = result.table
     n_new = len(result.tests) - len(former.tests)
+    if not n_new and result.n_evaluated:
+        return f"This run: no new test, {result.n_evaluated} evaluated again."
     if not n_new:
-        again = ""
-        if result.n_evaluated:
-            again = f", {result.n_evaluated} evaluated again"
-        return f"This run: no new test{again}."
+        return "This run: no new test."
     ranking = table.feasible_ranking()
     text = f"This run: {counted(n_new, 'test')}"
     if len(table) == len(result.tests):  # no means of several tests
@@ -406,8 +408,8 @@ def run_ask(options: Options) -> int:
         0.
     """
     with_surrogates = options.algorithm == "surrogate"
-    formulation = decision_in(options).formulation
-    if formulation != Formulation() and not with_surrogates:
+    run = _run_options(options)
+    if run.formulation != Formulation() and not with_surrogates:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
@@ -415,12 +417,6 @@ def run_ask(options: Options) -> int:
         remedy = "it may hold results: add them by 'pymoo-psi tell', or choose another name"
         raise invalid("--out", "the name of a new file", str(options.out), remedy)
     out = require_output(options.out, suffixes_for("designs"), options.study)
-    run = RunOptions(
-        study=options.study,
-        study_key=options.study_key,
-        seed=options.seed,
-        formulation=formulation,
-    )
     _import(problem, options, run)
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
     for name in frame.select_dtypes("float"):  # in 15 digits, without those of rounding errors
@@ -439,6 +435,12 @@ def run_tell(options: Options) -> int:
     Returns:
         0.
     """
-    reading = {"decimal": options.decimal, "sheet": options.sheet}
-    say(*tell_tests(options.file, options.study, cancel=options.cancel or (), **reading))
+    sentences = tell_tests(
+        options.file,
+        options.study,
+        cancel=options.cancel or (),
+        decimal=options.decimal,
+        sheet=options.sheet,
+    )
+    say(*sentences)
     return 0

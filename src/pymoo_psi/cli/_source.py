@@ -163,13 +163,9 @@ def choice_warnings(table: TestTable) -> list[str]:
     Raises:
         ArgumentValueError: The page had other directions than the designs.
     """
-    schema = table.schema
     decision = table.decision
     if decision.page:
-        for name in schema.objectives:
-            if name in schema.maximize and name not in decision.formulation.maximize:
-                rule = "about the same directions as the designs"
-                raise invalid("--decision", rule, Received(f"{name} maximized among these"))
+        _require_directions(table)
     chosen = decision.chosen
     if chosen is None:
         return []
@@ -182,7 +178,7 @@ def choice_warnings(table: TestTable) -> list[str]:
     row = table.names.index(chosen)
     values = decision.page.get("values", {})
     changes = []
-    for name in schema.objectives:
+    for name in table.schema.objectives:
         value = float(table.column(name)[row])
         if name in values and values[name] != value:  # a decision may hold any value
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
@@ -191,6 +187,14 @@ def choice_warnings(table: TestTable) -> list[str]:
     if not table.feasible()[row]:
         return [f"{warning} violates the limits."]
     return []
+
+
+def _require_directions(table: TestTable) -> None:
+    """Refuse a decision that was saved where other objectives were maximized."""
+    for name in table.schema.objectives:
+        if name in table.schema.maximize and name not in table.decision.formulation.maximize:
+            rule = "about the same directions as the designs"
+            raise invalid("--decision", rule, Received(f"{name} maximized among these"))
 
 
 def require_free_names(names: Iterable[str]) -> None:
