@@ -232,6 +232,16 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
     raise invalid(name, rule, value, remedy)
 
 
+def name_list(name: str, values: object) -> Collection[Any]:
+    """Return a list of names; a text would be read letter by letter."""
+    return collection(name, values, "a list of names", "one goes into a list too")
+
+
+def known_names(name: str, values: object, names: Collection[str], remedy: str = "") -> list[str]:
+    """Return a list of names; each must be one of ``names``."""
+    return [known_name(name, value, names, remedy) for value in name_list(name, values)]
+
+
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a new or shared float64 array; text and objects are refused."""
     # asarray would take the numbers under the mask for values. NumPy imports its masks when needed.

@@ -66,7 +66,8 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     [
         ({"names": {"x3": "height"}}, ArgumentValueError, "names must be one of 'f1', 'f2', 'g1', 'x1', 'x2', got 'x3'"),
         ({"names": {"x1": "x2"}}, ArgumentValueError, "names of a table must be distinct, .* got 'x2'"),
-        ({"maximize": "f2"}, ArgumentTypeError, "maximize must be a list of objectives"),
+        ({"maximize": "f2"}, ArgumentTypeError, "maximize must be a list of names"),
+        ({"log": "x2"}, ArgumentTypeError, "log (of the problem )?must be a list of"),
         ({"maximize": ["gain"]}, ArgumentValueError, "maximize must be one of 'f1', 'f2', got 'gain'"),
     ],
 )  # fmt: skip

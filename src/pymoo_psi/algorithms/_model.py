@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Entries, Mask, Names, Values, known_name, mapping
+from pymoo_psi._validation import (
+    Array,
+    Designs,
+    Entries,
+    Mask,
+    Names,
+    Values,
+    known_name,
+    mapping,
+    name_list,
+)
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
@@ -71,7 +81,7 @@ class Model:
         log = options.log
         if log is not None:
             default_names = {own: name for name, own in names.items()}
-            log = [default_names.get(name, name) for name in log]
+            log = [default_names.get(name, name) for name in name_list("log", log)]
         self.space = design_space(self.problem, log=log)
         for variable in self.space.variables:  # options that no table holds are refused here
             cells_of_kind(variable.title, variable.options, Kind.CHOICE)

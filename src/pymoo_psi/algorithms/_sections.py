@@ -13,7 +13,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import AnyArray, Array, Received, integer, invalid, known_name
+from pymoo_psi._validation import AnyArray, Array, Received, integer, invalid, known_names
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
     GaussianProcess,
@@ -79,8 +79,7 @@ def sections(
         raise invalid("the variables of the table", "one or more", Received("none"))
     if columns is None:
         columns = schema.objectives
-    for name in columns:
-        known_name("columns", name, [*schema.objectives, *schema.constraints, *schema.outputs])
+    known_names("columns", columns, [*schema.objectives, *schema.constraints, *schema.outputs])
     if row is None:
         row = _row_of(table, design)
     space = space_of_table(table)

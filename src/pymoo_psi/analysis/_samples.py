@@ -15,7 +15,7 @@ from pymoo_psi._validation import (
     Received,
     counted,
     invalid,
-    known_name,
+    known_names,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, unit_lengths, without_rounding
@@ -181,8 +181,7 @@ def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFram
     rows = []
     # The bases are those of all columns that are known of the same tests.
     bases_by_tests = {}
-    for name in dependent if columns is None else columns:
-        known_name("a column", name, dependent)
+    for name in dependent if columns is None else known_names("columns", columns, dependent):
         values = table.column(name)
         finite = np.isfinite(values)
         y = values[finite]

@@ -45,11 +45,11 @@ from pymoo_psi._validation import (
     Received,
     Rows,
     boolean,
-    collection,
     finite_array,
     integer,
     invalid,
     known_name,
+    name_list,
     objective_matrix,
     require_shape,
     source_type,
@@ -253,7 +253,7 @@ class Objectives:
             ArgumentValueError: The values are not finite, or there is no such objective.
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
-        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+        name_list("maximize", maximize)
         kind = source_type(F)
         matrix = F
         if kind == "frame":

@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
     Received,
     counted,
     invalid,
-    known_name,
+    known_names,
 )
 from pymoo_psi.analysis import Histogram, histogram, within_limits
 from pymoo_psi.pareto import (
@@ -213,7 +213,7 @@ def _column_names(argument: str, names: Names | None, default: Names, schema: Sc
     """Return the names of columns of a table, by default those given."""
     if names is None:
         names = default
-    return [known_name(argument, name, schema.names) for name in names]
+    return known_names(argument, names, schema.names)
 
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:

@@ -24,10 +24,10 @@ from pymoo_psi._validation import (
     Mask,
     Received,
     Values,
-    collection,
     invalid,
-    known_name,
+    known_names,
     mapping,
+    name_list,
     wrong_type,
 )
 from pymoo_psi.parallel import Runner
@@ -322,8 +322,10 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     titles = column_titles(problem)
+    names = {*space.variable_names, *titles.values()}
     if log is None:
-        log = _own_log(problem, {*space.variable_names, *titles.values()})
+        log = _own_log(problem, names)
+    known_names("log", log, names)
     variables = []
     for variable in space.variables:
         variable = replace(variable, title=titles.get(variable.name, variable.name))
@@ -339,10 +341,7 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
                     Received(variable.kind.value),
                     "change either",
                 )
-    space = replace(space, variables=tuple(variables))
-    for name in log:
-        known_name("log", name, {*space.variable_names, *space.titles})
-    return space
+    return replace(space, variables=tuple(variables))
 
 
 def _own_log(problem: Any, names: Collection[str]) -> Collection[str]:
@@ -479,7 +478,7 @@ def problem_schema(
         renamed[title] = new_names.get(name, name)
     own_maximize = getattr(problem, "maximize", None) or ()
     for value in (own_maximize, maximize or ()):
-        collection("maximize", value, "a list of objectives", "one goes into a list too")
+        name_list("maximize", value)
     own_maximize = [renamed.get(title, title) for title in own_maximize]
     if maximize is None:
         maximize = own_maximize
@@ -495,14 +494,12 @@ def problem_schema(
         units = {renamed.get(title, title): unit for title, unit in own_units}
 
     schema = _default_schema(problem, space)
-    for name in new_names:
-        known_name("names", name, schema.names)
+    known_names("names", new_names, schema.names)
     schema = schema.changed(name=new_names)
     # A further output with a unit is promised by that.
     outputs = [Column(name, OUTPUT) for name in unit_texts(units) if name not in schema.names]
     schema = schema.with_columns(*outputs).with_units(units)
-    for name in maximize:
-        known_name("maximize", name, (*schema.objectives, *schema.outputs))
+    known_names("maximize", maximize, (*schema.objectives, *schema.outputs))
     return schema.changed(maximize=dict.fromkeys(maximize, True))
 
 

@@ -13,7 +13,16 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from pymoo_psi._validation import Names, Values, boolean, invalid, known_name, mapping, real_array
+from pymoo_psi._validation import (
+    Names,
+    Values,
+    boolean,
+    invalid,
+    known_name,
+    known_names,
+    mapping,
+    real_array,
+)
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._limits import Limit, Limits, limits_of
 from pymoo_psi.table._schema import (
@@ -253,12 +262,9 @@ class Formulation:
                 raise invalid("a name in computed", "unlike other columns", name)
         names = (*schema.values, *self.computed)
         objectives = self.objectives or schema.objectives
-        for name in objectives:
-            known_name("objectives", name, names)
-        for name in self.maximize:
-            known_name("maximize", name, objectives, "only objectives have a direction")
-        for name in self.omitted:
-            known_name("omitted", name, schema.constraints)
+        known_names("objectives", objectives, names)
+        known_names("maximize", self.maximize, objectives, "only objectives have a direction")
+        known_names("omitted", self.omitted, schema.constraints)
         for name, unit in self.units.items():
             known_name("units", name, names)
             if schema.units.get(name, unit) != unit:

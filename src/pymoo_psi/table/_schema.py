@@ -30,6 +30,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
+    known_names,
     mapping,
     real_array,
     require_shape,
@@ -227,8 +228,7 @@ class Schema:
         }
         for role, names in groups.items():
             columns += [Column(name, role, maximize=name in maximize) for name in names]
-        for name in column_names("maximize", maximize):
-            known_name("maximize", name, (*groups[OBJECTIVE], *groups[OUTPUT]))
+        known_names("maximize", maximize, (*groups[OBJECTIVE], *groups[OUTPUT]))
         return cls(tuple(columns), eq_tolerance).with_units(units or {})
 
     # Columns
@@ -491,7 +491,7 @@ def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
         count = integer(f"the number of {group}", names, minimum=0)
         return tuple(f"{letter}{j + 1}" for j in range(count))
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise wrong_type(group, "a list of names", names)
+        raise wrong_type(group, "a list of names", names, "one goes into a list too")
     return tuple(names)
 
 
