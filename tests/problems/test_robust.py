@@ -175,6 +175,7 @@ CHUTE = SphereChute()
     [
         (CHUTE, {}, ValueError, "uncertainty or tolerances must be given"),
         (linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
+        (CHUTE, {"tolerances": {"x1": -0.1}}, ValueError, r"tolerances\['x1'\] must be a number from 0 on, or a distribution, got -0.1"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:1"}, ValueError, "statistics must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:0.0"}, ValueError, "statistics must be"),

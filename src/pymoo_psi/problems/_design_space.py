@@ -389,11 +389,10 @@ def require_no_permutation(problem: Any) -> None:
         ArgumentValueError: It is one.
     """
     if is_permutation(problem):
-        received = f"{problem_name(problem)} of permutations"
         raise invalid(
             "problem",
             "one whose variables are chosen independently",
-            Received(received),
+            Received(f"{problem_name(problem)} of permutations"),
             "search permutations by nsga3(problem, n, sampling=PermutationRandomSampling()), or, "
             "also for a single objective, by another algorithm of pymoo with such operators, on "
             "Recorded(problem, study)",
@@ -576,32 +575,36 @@ def own_parameters(problem: Any, others: list[str]) -> Values:
         if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
             parameters["wrapped"] = own_parameters(problem.wrapped, others)
         return parameters
-    problem = layers(problem)[-1]
-    arguments: dict[str, inspect.Parameter] = {}
-    for kind in reversed(type(problem).__mro__):
-        if issubclass(kind, Problem):
-            arguments.update(inspect.signature(kind).parameters)
-    of_pymoo = inspect.signature(Problem).parameters
+    model = layers(problem)[-1]
     parameters = {}
-    for name, argument in arguments.items():
-        if name in of_pymoo:
-            continue
-        default = argument.default
-        kept = getattr(problem, name, getattr(problem, f"_{name}", default))
+    for name, default in _arguments(type(model)).items():
+        kept = getattr(model, name, getattr(model, f"_{name}", default))
         objects: list[Any] = []
         try:
-            constant = _constant(kept, {id(problem): (problem, _UNKNOWN)}, objects)
+            constant = _constant(kept, {id(model): (model, _UNKNOWN)}, objects)
         except RecursionError:  # a long chain of objects, of which each holds the next one
             constant = _UNKNOWN
             objects.append(kept)
         if objects:
             others.append(name)
         # An array, or another object, may have changed since: its values count.
-        is_plain = default is None or isinstance(default, (str, bool, int, float, list, tuple))
+        is_plain = isinstance(default, (str, int, float, list, tuple, type(None)))
         is_default = is_plain and constant == _constant(default, {}, [])
         if constant is not _UNKNOWN and not is_default:
             parameters[name] = constant
     return parameters
+
+
+def _arguments(kind: type) -> Values:
+    """Return the default values of the arguments of a problem's classes, without pymoo's own."""
+    defaults = {}
+    for base in reversed(kind.__mro__):
+        if issubclass(base, Problem):
+            for name, argument in inspect.signature(base).parameters.items():
+                defaults[name] = argument.default
+    for name in inspect.signature(Problem).parameters:
+        del defaults[name]
+    return defaults
 
 
 def _constant(value: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:

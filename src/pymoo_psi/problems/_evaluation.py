@@ -163,9 +163,7 @@ class CheckedFunction:
             for wrapper in self.wrappers:
                 design = wrapper.designs_within(design)
             raw = function(copy.copy(design))
-            row = {}
-            for name, size in self.sizes.items():
-                row[name] = _floats(name, raw.get(name), (size,))
+            row = self._checked(raw)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
@@ -193,9 +191,7 @@ class CheckedFunction:
             return self._in_parts(X)
         try:
             raw = self._raw(X)
-            out = {}
-            for name, size in self.sizes.items():
-                out[name] = _floats(name, raw.get(name), (len(X), size))
+            out = self._checked(raw, len(X))
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # the same errors as for one design
@@ -211,6 +207,13 @@ class CheckedFunction:
             if len(value) == len(X):
                 out[name] = value_column(value)
         return out
+
+    def _checked(self, raw: Entries, *n_designs: int) -> Values:
+        """Return the promised values of one design, or of some, as new arrays."""
+        return {
+            name: _floats(name, raw.get(name), (*n_designs, size))
+            for name, size in self.sizes.items()
+        }
 
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""

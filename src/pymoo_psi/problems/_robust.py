@@ -153,11 +153,14 @@ class Robust(WrappedProblem):
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
         titles = column_titles(nominal)
-        columns = [*self.space.variable_names, *numbered("f", self.statistics)]
-        self.names = {name: titles.get(name, name) for name in columns}
         units = column_units(nominal)
-        known = filter(units.get, self.names.values())
-        self.units: dict[str, str] = {title: units[title] for title in known}
+        self.names: dict[str, str] = {}
+        self.units: dict[str, str] = {}
+        for name in (*self.space.variable_names, *numbered("f", self.statistics)):
+            title = titles.get(name, name)
+            self.names[name] = title
+            if units.get(title):
+                self.units[title] = units[title]
 
     def name(self) -> str:
         """Return the name of the wrapped problem, marked as robust.
@@ -307,7 +310,10 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
         argument = f"tolerances[{title!r}]"
         column = next(columns)
         if isinstance(tolerance, Real):
-            column[:] = finite_number(argument, tolerance) * (2 * column - 1)
+            deviation = finite_number(argument, tolerance)
+            if deviation < 0:
+                raise invalid(argument, "a number from 0 on, or a distribution", deviation)
+            column[:] = deviation * (2 * column - 1)
         else:
             column[:] = _quantiles(argument, tolerance, column)
     for parameter, distribution in uncertainty.items():

@@ -281,28 +281,29 @@ class Output:
         text = content.decode(encoding, "replace").replace("\r\n", "\n")
         if self.key:
             return self._value_at_key(text)
-        matches = []
-        if self.pattern:
-            matches = [*re.finditer(self.pattern, text, re.MULTILINE)]
-            texts = [match[1] or "" for match in matches]
-            kind = f"match of '{self.pattern}'"
-        else:
-            texts = self._column(text)
-            kind = f"row of {self.column!r}"
-        if self.row is None and len(texts) > 1:
-            remedy = "say which one by row, -1 for the last"
-            raise ValueError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
+        if self.column:
+            return str(self._one(f"row of {self.column!r}", self._column(text))).strip()
+        matches = [*re.finditer(self.pattern, text, re.MULTILINE)]
+        match = self._one(f"match of '{self.pattern}'", matches)
+        _require_whole(match)
+        return (match[1] or "").strip()
+
+    def _one(self, kind: str, items: Sequence[Any]) -> Any:
+        """Return the match, or the cell, that ``row`` says; the only one if it says none."""
+        if self.row is None and len(items) > 1:
+            raise ValueError(
+                f"{self.file} has {len(items)} times a {kind}; say which one by row, -1 for the "
+                "last"
+            )
         row = self.row or 0
-        if not -len(texts) <= row < len(texts):
+        if not -len(items) <= row < len(items):
             problem = f"{self.file} has no {kind}"
             if self.row is not None:
                 problem += f" number {row}"
             if not kind.isascii():
                 problem += "; if it is no UTF-8, write the one that it is, as encoding = 'cp1252'"
             raise ValueError(problem)
-        if matches:
-            _require_whole(matches[row])
-        return str(texts[row]).strip()
+        return items[row]
 
     def _value_at_key(self, text: str) -> str:
         """Return the value at the path in JSON."""

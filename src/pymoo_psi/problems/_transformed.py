@@ -105,7 +105,7 @@ class LogScaled(Transformed):
         variables = [*space.variables]
         self.names = column_titles(problem)
         self.units = column_units(problem)
-        self._log = {}
+        self._log: dict[int, Variable] = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:
                 self._log[j] = variable
