@@ -117,11 +117,12 @@ def propose(
     if is_risky and learned.failures is None:
         tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
     surrogates = _Surrogates(tests, goal, learned)
-    candidates = _searched(surrogates, round_number, random)
+    candidates, front = _searched(surrogates, round_number, random)
     count = (len(seen) + batch) // 2 - len(seen) // 2  # every second one, also of odd batches
     proposals = _unsure_points(surrogates, count, random)
     seen = np.vstack([seen, goal.encode(proposals)])
-    selected = _selected(candidates, surrogates, seen, batch - len(proposals))
+    n_missing = batch - len(proposals)
+    selected = _selected(candidates, front, surrogates.contraction, seen, n_missing)
     proposals = np.vstack([proposals, candidates.points[selected]])
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
@@ -131,8 +132,10 @@ def propose(
     return proposals
 
 
-def _searched(surrogates: _Surrogates, round_number: int, random: Random) -> _Candidates:
-    """Return the designs that a search finds, and set the front and the ranges of surrogates."""
+def _searched(
+    surrogates: _Surrogates, round_number: int, random: Random
+) -> tuple[_Candidates, Array]:
+    """Return the designs that a search finds, and the scaled Pareto set of the tests."""
     tests = surrogates.tests
     goal = surrogates.goal
     best = surrogates.best_points(_POPULATION_SIZE // 4)
@@ -142,19 +145,40 @@ def _searched(surrogates: _Surrogates, round_number: int, random: Random) -> _Ca
     start = start_of_search(best, surrogates.predict, goal, random)
     points = _search(surrogates.predict, start, surrogates.contraction, random)
     points = points[_meets_requirements(points, goal)]
-    candidates = surrogates.candidates(points)
-    pending = surrogates.candidates(tests.pending)
-    F = np.vstack([tests.Y[tests.is_eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
+
+    T, deviations, violation = surrogates.predicted(points)
+    promised = surrogates.optimistic(T, deviations)
+    pending_T, pending_deviations, pending_violation = surrogates.predicted(tests.pending)
+    pending_F = surrogates.optimistic(pending_T, pending_deviations)
+    F = np.vstack([tests.Y[tests.is_eligible, : goal.n_obj], pending_F[pending_violation <= 0]])
     F = F[nondominated(F)]
-    surrogates.ranges = _ranges(F, candidates, goal)
-    surrogates.front = _scaled(F, surrogates.ranges)
-    if not goal.is_directed or len(F) == 0 or len(points) == 0:
-        return candidates
-    aim = surrogates.compromise
+    ranges = _ranges(F, promised, violation, goal)
+    front = _scaled(F, ranges)
+    worth = np.zeros(len(points))
+    if goal.is_directed and len(front) > 0 and len(points) > 0:
+        compromises = _compromises(surrogates, points, front, ranges, random)
+        points = np.vstack([points, compromises])
+        T, deviations, violation = surrogates.predicted(points)
+        promised = surrogates.optimistic(T, deviations)
+        worth = surrogates.worth(T, deviations, front, ranges)
+    F = _scaled(promised, ranges)
+    return _Candidates(points, goal.encode(points), F, violation, worth), front
+
+
+def _compromises(
+    surrogates: _Surrogates, points: Array, front: Array, ranges: Array, random: Random
+) -> Array:
+    """Return points near the best compromise; the search for it starts from other points."""
+    goal = surrogates.goal
+
+    def aim(points: Array) -> tuple[Array, Array]:
+        T, deviations, violation = surrogates.predicted(points)
+        worth = surrogates.worth(T, deviations, front, ranges)
+        return -worth[:, None], violation[:, None]
+
     start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
-    compromises = _search(aim, start, 0.0, random)
-    compromises = compromises[_meets_requirements(compromises, goal)][:_N_COMPROMISES]
-    return surrogates.candidates(np.vstack([points, compromises]))
+    found = _search(aim, start, 0.0, random)
+    return found[_meets_requirements(found, goal)][:_N_COMPROMISES]
 
 
 class _Population(NamedTuple):
@@ -197,7 +221,7 @@ class _Candidates(NamedTuple):
     Attributes:
         points: ``(n, d)`` the designs.
         Z: ``(n, e)`` the designs as surrogates see them.
-        F: ``(n, m)`` their objectives, predicted optimistically.
+        F: ``(n, m)`` their objectives, predicted optimistically and scaled.
         violation: ``(n,)`` the sums of what exceeds limits.
         worth: ``(n,)`` what their tests are worth for the best compromise; 0 if none is searched.
     """
@@ -223,8 +247,6 @@ class _Surrogates:
         learned: What is learned of the tests.
         processes: The surrogate of each output.
         contraction: As :func:`_contraction` returns it.
-        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
-        front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
     def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
@@ -243,8 +265,6 @@ class _Surrogates:
         recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
         is_missing = tests.is_eligible.any() and not recent.any()
         self._is_cautious = goal.is_narrowed and is_missing
-        self.ranges = np.zeros((2, goal.n_obj))
-        self.front = np.zeros((0, goal.n_obj))
 
     def best_points(self, n: int) -> Array:
         """Return the points of the n best tests, the best first."""
@@ -273,24 +293,24 @@ class _Surrogates:
                 margins[:, j] = self.processes[j].deviation(Z)
         return T, goal.excess(T, self.learned, margins)
 
-    def candidates(self, points: Array) -> _Candidates:
-        """Return designs to choose from; see :class:`_Candidates`."""
+    def predicted(self, points: Array) -> tuple[Array, Array, Array]:
+        """Return what is expected of designs.
+
+        Returns:
+            ``(n, m)`` objectives on their scales; ``(n, m)`` their standard deviations; and
+            ``(n,)`` the sums of what exceeds limits.
+        """
         T, excess = self.predict(points)
         Z = self.goal.encode(points)
         objectives = self.processes[: self.goal.n_obj]
         deviations = np.column_stack([process.deviation(Z) for process in objectives])
-        F = self.learned.back(T - _OPTIMISM * deviations)
-        worth = np.zeros(len(points))
-        if self.goal.is_directed and len(self.front) > 0:
-            worth = self._worth(T, deviations)
-        return _Candidates(points, Z, F, _violation(excess), worth)
+        return T, deviations, _violation(excess)
 
-    def compromise(self, points: Array) -> tuple[Array, Array]:
-        """Return what a search for the best compromise minimises, and what exceeds limits."""
-        candidates = self.candidates(points)
-        return -candidates.worth[:, None], candidates.violation[:, None]
+    def optimistic(self, T: Array, deviations: Array) -> Array:
+        """Return ``(n, m)`` objectives, somewhat better than expected."""
+        return self.learned.back(T - _OPTIMISM * deviations)
 
-    def _worth(self, T: Array, deviations: Array) -> Array:
+    def worth(self, T: Array, deviations: Array, front: Array, ranges: Array) -> Array:
         """Return ``(n,)`` what tests are worth for the best compromise.
 
         This is the design nearest to the ideal point. A test is worth by how much it is expected to
@@ -302,13 +322,15 @@ class _Surrogates:
         Args:
             T: ``(n, m)`` expected objectives on their scales.
             deviations: ``(n, m)`` their standard deviations.
+            front: ``(k, m)`` the Pareto set of the tests, scaled.
+            ranges: ``(2, m)`` lower and upper values by which it is scaled.
         """
-        F = _scaled(self.learned.back(T), self.ranges)
-        better = _scaled(self.learned.back(T - deviations), self.ranges)
+        F = _scaled(self.learned.back(T), ranges)
+        better = _scaled(self.learned.back(T - deviations), ranges)
         worse = np.maximum(F, 0)  # by how much designs are worse than the ideal point
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
-        least = np.linalg.norm(np.maximum(self.front, 0), axis=1).min()
+        least = np.linalg.norm(np.maximum(front, 0), axis=1).min()
         deviation = np.linalg.norm(error, axis=1)
         z = (distance - least) / np.maximum(deviation, _LEAST_DIVISOR)
         gain = deviation * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z))
@@ -573,18 +595,22 @@ def _directions(n_obj: int, contraction: float) -> Array:
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
-def _ranges(F: Array, candidates: _Candidates, goal: Goal) -> Array:
-    """Return the ``(2, m)`` ranges by which objectives are scaled, given a Pareto set.
+def _ranges(F: Array, promised: Array, violation: Array, goal: Goal) -> Array:
+    """Return the ``(2, m)`` ranges by which objectives are scaled.
 
-    They include the promising candidates.
+    Args:
+        F: The objectives of a Pareto set.
+        promised: ``(n, m)`` objectives that are predicted of candidates; those that keep all limits
+            count, if there are any.
+        violation: ``(n,)`` by how much candidates exceed limits.
+        goal: What the search seeks, perhaps in given ranges.
     """
     if goal.ranges is not None:
         return goal.ranges
-    promising = candidates.F
-    feasible = candidates.violation <= 0
+    feasible = violation <= 0
     if feasible.any():
-        promising = promising[feasible]
-    both = np.vstack([F, promising])
+        promised = promised[feasible]
+    both = np.vstack([F, promised])
     high = both.max(axis=0)
     if len(F) > 1:
         high = F.max(axis=0)
@@ -609,7 +635,7 @@ _INFEASIBLE_SPACINGS = (0.0, 0.03, 0.1, 0.01)
 
 
 def _selected(
-    candidates: _Candidates, surrogates: _Surrogates, seen: Array, batch: int
+    candidates: _Candidates, front: Array, contraction: float, seen: Array, batch: int
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
@@ -617,14 +643,12 @@ def _selected(
 
     Args:
         candidates: The candidates.
-        surrogates: The surrogates, with the Pareto set of the tests.
+        front: ``(k, m)`` the Pareto set of the tests, scaled.
+        contraction: As :func:`_contraction` returns it.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to select; there are fewer if fewer are not tested yet.
     """
-    Z = candidates.Z
-    front = surrogates.front
-    contraction = surrogates.contraction
-    F = _scaled(candidates.F, surrogates.ranges)
+    _, Z, F, violation, worth = candidates
     achievements = _achievements(F, contraction)
     weights = _directions(front.shape[1], contraction).max(axis=1)
     best = achievements.max(axis=0, initial=-np.inf)  # in each direction, so far
@@ -635,19 +659,20 @@ def _selected(
     selected: list[int] = []
     for n_known in range(len(seen), len(seen) + batch):
         turn = n_known % len(_RULES)
-        rows = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
-        if len(rows) == 0:
-            break
-        is_kept = candidates.violation[rows] <= 0
+        is_new = distance > _SAME_DESIGN_DISTANCE
+        is_kept = is_new & (violation <= 0)
         if is_kept.any():
-            rows = rows[is_kept]
+            rows = np.flatnonzero(is_kept)
             gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
-            scores = _scores(_RULES[turn], rows, candidates.worth, gains, distance, gap)
-        else:
+            scores = _scores(_RULES[turn], rows, worth, gains, distance, gap)
+        elif is_new.any():
+            rows = np.flatnonzero(is_new)
             spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
             # After a search near the best tests, no candidate may be that far away.
             spacing = min(spacing, distance[rows].max() / 2)
-            scores = np.where(distance >= spacing, -candidates.violation, -np.inf)
+            scores = np.where(distance >= spacing, -violation, -np.inf)
+        else:
+            break
         row = int(rows[scores[rows].argmax()])
         selected.append(row)
         distance = np.minimum(distance, _nearest(Z, Z[[row]]))
