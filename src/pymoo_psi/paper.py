@@ -57,9 +57,18 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Array, Rows, job_count, known_name
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    Rows,
+    collection,
+    invalid,
+    job_count,
+    known_name,
+    known_names,
+)
 from pymoo_psi.algorithms import investigate
-from pymoo_psi.chute import ModelName, criteria, motion
+from pymoo_psi.chute import MODELS, ModelName, criteria, motion
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
@@ -245,7 +254,11 @@ def reproduce(
         1  rolling  0.4          35
     """
     n_jobs = job_count("n_jobs", n_jobs)
+    known_names("models", models, MODELS)
+    collection("mu", mu, "a list of friction coefficients", "one goes into a list too")
     pairs = [*product(dict.fromkeys(models), dict.fromkeys(mu))]
+    if not pairs:
+        raise invalid("mu and models", "one or more of each", Received(f"{mu} and {models}"))
 
     def solved(pair: tuple[ModelName, float]) -> Case:
         model, value = pair

@@ -189,7 +189,7 @@ NAMES = "log must be one of 'area', 'height', 'x1', 'x2', got"
         ("x1", None, "log of the problem must be a list of variables, got 'x1'"),
         ((), ["aera"], "did you mean 'area'"),
         ((), ["height"], "above 0"),
-        ((), "area", "log must be one of 'area'"),
+        ((), "area", "log must be a list of names, got 'area'"),
     ],
     ids=["misspelt", "tuple", "set", "text", "number", "option", "bounds", "text as option"],
 )

@@ -17,7 +17,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
-from pymoo_psi._kinds import Kind, matrix_of, option_text
+from pymoo_psi._kinds import DTYPES, Kind, matrix_of, option_text
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -91,7 +91,7 @@ class Variable:
         if self.kind is Kind.CHOICE:
             # fromiter: options may be sequences themselves
             return np.fromiter((self.options[int(step)] for step in steps), object)
-        return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
+        return steps.astype(DTYPES[self.kind])
 
     def places(self, values: AnyArray) -> Array:
         """Return ``(n,)`` numbers that stand for values, in [0, 1] for those within the bounds."""
@@ -376,8 +376,7 @@ def is_permutation(problem: Any) -> bool:
     stated = getattr(problem, "permutation", None)
     if isinstance(stated, bool):
         return stated
-    names = {cls.__name__ for cls in type(layers(problem)[-1]).__mro__}
-    return not names.isdisjoint(_PERMUTATIONS)
+    return any(cls.__name__ in _PERMUTATIONS for cls in type(layers(problem)[-1]).__mro__)
 
 
 def require_no_permutation(problem: Any) -> None:

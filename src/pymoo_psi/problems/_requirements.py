@@ -146,8 +146,7 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
         ArgumentValueError: A rule cannot be read, or uses an unknown variable.
         ArgumentTypeError: A rule is no text.
     """
-    named = _named(rules).items()
-    return tuple(Requirement.of(name, rule, variables) for name, rule in named)
+    return tuple(Requirement.of(name, rule, variables) for name, rule in _named(rules).items())
 
 
 def _named(rules: Any) -> Values:
@@ -215,8 +214,7 @@ class Required(WrappedProblem):
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements: None = None  # they are constraints here
         texts = [requirement.text for requirement in self.required]
-        constraints = numbered("g", texts, first=n + 1)
-        self.names = column_titles(problem) | constraints
+        self.names = column_titles(problem) | numbered("g", texts, first=n + 1)
         equalities = [*self._space.equalities]
         for requirement in self.required:
             if requirement.sign == "=":

@@ -126,19 +126,18 @@ class LogScaled(Transformed):
         """
         if self._is_single(X):
             return self.scaled([X])[0]
-        matrix = self._space_within.to_matrix(X)
-        matrix = matrix.astype(np.result_type(matrix, np.float64))
+        columns = [*self._space_within.to_matrix(X).T]
         for j, variable in self._log.items():
-            values = matrix[:, j].astype(np.float64)
-            matrix[:, j] = np.log10(np.clip(values, variable.lower, variable.upper))
-        return self.space.designs(matrix)
+            values = columns[j].astype(np.float64)
+            columns[j] = np.log10(np.clip(values, variable.lower, variable.upper))
+        return self.space.designs(np.column_stack(columns))
 
     def _values_within(self, matrix: AnyArray) -> AnyArray:
-        matrix = matrix.astype(np.result_type(matrix, np.float64))
+        columns = [*matrix.T]
         for j, variable in self._log.items():
-            values = 10.0 ** matrix[:, j].astype(np.float64)
-            matrix[:, j] = np.clip(values, variable.lower, variable.upper)
-        return matrix
+            values = 10.0 ** columns[j].astype(np.float64)
+            columns[j] = np.clip(values, variable.lower, variable.upper)
+        return np.column_stack(columns)
 
 
 class Restricted(Transformed):

@@ -77,13 +77,12 @@ class WrappedProblem(Problem):
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
         same = ["n_obj", "n_ieq_constr", "n_eq_constr", "elementwise", "elementwise_runner"]
-        same.append("requires_kwargs")
+        variables = ["n_var", "xl", "xu", "vtype"]
         if getattr(problem, "vars", None):
-            same.append("vars")
-        else:
-            same += ["n_var", "xl", "xu", "vtype"]
-        arguments = {name: getattr(problem, name) for name in same}
-        super().__init__(**{**arguments, **changed})
+            variables = ["vars"]
+        for name in (*same, "requires_kwargs", *variables):
+            changed.setdefault(name, getattr(problem, name))
+        super().__init__(**changed)
         self.data: Any = problem.data  # pymoo's further arguments, or what the model has called so
 
     def __getattr__(self, name: str) -> Any:
