@@ -453,7 +453,7 @@ FAILURES = ["TrialState.FAIL", "PRUNED", "Error: 3", "not converged", "timed out
         (workbook([["n", "eff", "cost"], ["A", 0.85, 3], ["B", 85, 2], ["C", 0.7, 0]], edit=in_per_cent), {}, {},
          ["^eff has hundredths where the workbook shows per cent.$"]),
         ("car,price ↓,range ↑,top speed (max)\nA,1,9,7\nB,2,7,8\n", {"maximize": ["range ↑"]}, {},
-         [r"^Minimised: top speed \(max\); if more is better, say --maximize 'top speed \(max\)', or"]),
+         [r"^top speed \(max\) is minimised; if more is better, say --maximize 'top speed \(max\)', or"]),
         ("name,location,a,b\nA,Building 1,6,9\nB,Building 2,5,7\n", {}, {}, []),
         ("car,steel,begun,a,b\nA,S235,2026-05-01,6,9\nB,S355,2026-05-02,5,7\n", {}, {}, []),
         ("a,b\n1,2\n1,3\n1,2\n", {}, {}, ["^1 row left out: equal to another one in all cells.$"]),

@@ -114,6 +114,7 @@ ALIKE = TestTable.of(range(1, len(CELLS) + 1), [[cell] for cell in CELLS], np.on
 @examples(2)
 @given(table=tables())
 @example(table=ALIKE)
+@example(table=TestTable.of([1, 2], [[0.0], [0.0]], [[1.0], [2.0]]))  # only studies are averaged
 def test_a_round_trip_by_csv_changes_nothing(folder, table):
     table.to_csv(folder / "table.csv")
     check_same(read_table(str(folder / "table.csv")), table)

@@ -409,11 +409,15 @@ def read_columns(
         raise invalid("decimal", "'.' or ','", decimal)
     marks = decimal or ".,"
     plain = {}
-    readings = {}
+    readings: dict[str, dict[str, Array]] = {}
     certain: set[str] = set()
     for name, column in cells.columns.items():
         plain[name] = _without_per_cent(list(map(_plain, column)))
-        readings[name] = _readings(plain[name], marks)
+        readings[name] = {}
+        for mark in marks:
+            numbers = _numbers(plain[name], mark)
+            if numbers is not None:
+                readings[name][mark] = numbers
         if len(readings[name]) == 1 and name not in labels:
             certain |= {*readings[name]}
     columns = {}
@@ -431,16 +435,6 @@ def _without_per_cent(cells: list[Any]) -> list[Any]:
     if all(str(cell).endswith("%") or is_blank(cell) for cell in cells):
         return [str(cell).rstrip("% \u00a0\u202f") for cell in cells]
     return cells
-
-
-def _readings(cells: list[Any], marks: str) -> dict[str, Array]:
-    """Return the numbers in a column by each of the decimal marks with which it can be read."""
-    readings = {}
-    for mark in marks:
-        numbers = _numbers(cells, mark)
-        if numbers is not None:
-            readings[mark] = numbers
-    return readings
 
 
 def _numbers(cells: list[Any], mark: str) -> Array | None:
@@ -589,9 +583,7 @@ def require_designs(
     Raises:
         ArgumentValueError: There is such a row.
     """
-    if not columns:  # of a file of results alone
-        return
-    naming = label or next(iter(columns))
+    naming = label or next(iter(columns), "")  # a file of results alone has none
     numbers = []
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
@@ -603,8 +595,9 @@ def require_designs(
             f"{cells.without(row)}, or rename it if it is a design",
         )
     last = len(cells.rows) - 1
-    fewest = 2 if is_blank(columns[naming].cells[-1]) else 3
-    if len(numbers) > 1 and last >= fewest and _are_sums(numbers, last):
+    if len(numbers) > 1 and _are_sums(numbers, last):
+        if last < 2 or (last == 2 and not is_blank(columns[naming].cells[last])):
+            return
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from os import PathLike
@@ -620,7 +620,12 @@ def _is_left_out(column: TextColumn, claim: str, columns: Collection[str]) -> bo
 
 
 def _roles(
-    cells: Cells, columns: Mapping[str, TextColumn], claims: Mapping[str, str], *, is_guess: bool
+    cells: Cells,
+    columns: Mapping[str, TextColumn],
+    claims: Mapping[str, str],
+    maximize: Collection[str],
+    *,
+    is_guess: bool,
 ) -> tuple[dict[str, str], list[str]]:
     """Return the roles of columns, and remarks on those that a reader may take for others.
 
@@ -628,6 +633,7 @@ def _roles(
         cells: All cells.
         columns: The columns.
         claims: What they are taken for by :func:`_claims`.
+        maximize: Names of what is to be maximised.
         is_guess: Whether nobody has said what the objectives are.
     """
     roles = {}
@@ -643,6 +649,9 @@ def _roles(
     for name, claim in claims.items():
         roles[name] = _role(columns[name], claim)
         remark = _remark(cells, columns[name], claim, roles[name], is_guess=is_guess)
+        if claim == OBJECTIVE and name not in maximize and _UPWARD.search(name):
+            option = f"--maximize '{entry_of(name)}', or maximize= in Python"
+            remark = f"{name} is minimised; if more is better, say {option}."
         if remark:
             remarks.append(remark)
         elif is_guess and _is_left_out(columns[name], claim, columns):
@@ -671,14 +680,18 @@ def _table(
     columns, label, labels = _labelled(cells, head, directed)
     named = formulation.objectives or stated.objectives
     claims = _claims(columns, formulation, named, variables or stated_variables, labels)
-    roles, remarks = _roles(cells, columns, claims, is_guess=not named)
+    maximize = {*stated.maximize, *formulation.maximize}
+    roles, remarks = _roles(cells, columns, claims, maximize, is_guess=not named)
     data: Columns = {}
     described = {}
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
-        described[name] = _described(columns[name], role, data[name], stated, formulation)
-    if not stated.objectives:
-        remarks += _upward(described.values())
+        kind = Kind.CHOICE if role == NOTE else kind_of_cells(data[name])
+        unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
+        described[name] = Column(name, role, kind)
+        if role != NOTE:
+            upward = name in maximize and role != VARIABLE
+            described[name] = described[name]._replace(unit=unit, maximize=upward)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -702,29 +715,6 @@ def _table(
     if label in table.schema.notes:
         return table.with_notes({}, label)
     return _named_by_rows(table, cells.rows)
-
-
-def _described(
-    column: TextColumn, role: str, values: AnyArray, stated: Formulation, asked: Formulation
-) -> Column:
-    """Return what a column is: its role, its values, what the source states, what is asked."""
-    if role == NOTE:
-        return Column(column.name, role, Kind.CHOICE)
-    unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
-    maximize = column.name in {*stated.maximize, *asked.maximize} and role != VARIABLE
-    return Column(column.name, role, kind_of_cells(values), unit, maximize)
-
-
-def _upward(columns: Iterable[Column]) -> list[str]:
-    """Return a remark on objectives that are minimised, though their names may ask for more."""
-    names = []
-    for column in columns:
-        if column.role == OBJECTIVE and not column.maximize and _UPWARD.search(column.name):
-            names.append(column.name)
-    if not names:
-        return []
-    option = f"--maximize '{','.join(map(entry_of, names))}', or maximize= in Python"
-    return [f"Minimised: {listed(names)}; if more is better, say {option}."]
 
 
 def _test_numbers(cells: AnyArray) -> Integers:

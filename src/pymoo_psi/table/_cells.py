@@ -21,7 +21,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.table._schema import VARIABLE, Column, column_names
+from pymoo_psi.table._schema import VARIABLE, Column, Schema
 
 # Cells
 
@@ -122,12 +122,11 @@ def designs_of(
     if variables is None and len(rows) and isinstance(rows[0], Mapping):
         variables = [Column(name, VARIABLE, None) for name in rows[0]]
     array = _matrix(rows, variables or ())
+    if variables is None and array.ndim == 2:
+        variables = Schema.of(array.shape[1]).with_role(VARIABLE)
     n_var = "n_var" if variables is None else len(variables)
-    if array.ndim != 2 or n_var not in ("n_var", array.shape[1]):
+    if variables is None or array.shape[1:] != (n_var,):
         raise invalid("X", f"of shape (n, {n_var})", Received(f"shape {array.shape}"))
-    if variables is None:
-        names = column_names("variables", array.shape[1], "x")
-        variables = [Column(name, VARIABLE, None) for name in names]
     columns = []
     data: Columns = {}
     for column, values in zip(variables, array.T, strict=True):

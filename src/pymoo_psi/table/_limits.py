@@ -82,24 +82,26 @@ class Limit(NamedTuple):
             ArgumentTypeError: It has none of these forms.
         """
         argument = f"{column!r} in limits"
-        if isinstance(value, Limit):
-            ends = _end(argument, value.lower), _end(argument, value.upper)
-            return value._replace(lower=ends[0], upper=ends[1])._checked(argument)
         if isinstance(value, str) and re.search("[<>=]", value):
             sides = sides_of_text(argument, value)
             value = (sides.get(">="), sides.get("<="))
         if isinstance(value, (str, bool, np.bool_)):
             value = [str(value)]
-        if not isinstance(value, (tuple, list)):
-            high = _end(argument, value)
-            return cls(upper=high, is_bare=high < math.inf)._checked(argument)
-        if all(isinstance(text, str) for text in value):
+        if isinstance(value, Limit):
+            limit = value
+        elif not isinstance(value, (tuple, list)):
+            limit = cls(upper=value, is_bare=True)
+        elif all(isinstance(text, str) for text in value):
             return cls(texts=tuple(value))
-        if len(value) != 2:
+        elif len(value) == 2:
+            low, high = value
+            limit = cls(-math.inf if low is None else low, math.inf if high is None else high)
+        else:
             raise wrong_type(argument, _FORM, value)
-        low = -math.inf if value[0] is None else _end(argument, value[0])
-        high = math.inf if value[1] is None else _end(argument, value[1])
-        return cls(low, high)._checked(argument)
+        low = _end(argument, limit.lower)
+        high = _end(argument, limit.upper)
+        is_bare = limit.is_bare and high < math.inf
+        return limit._replace(lower=low, upper=high, is_bare=is_bare)._checked(argument)
 
     def _checked(self, argument: str) -> Limit:
         """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""

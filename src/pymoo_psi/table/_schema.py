@@ -209,17 +209,17 @@ class Schema:
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
         designs = column_names("variables", variables, "x")
-        n_var = len(designs)
-        if len(kinds) not in (0, n_var):
-            raise invalid("kinds", f"{n_var} kinds, one for each variable", Received(len(kinds)))
-        attributes: dict[str, Any] = {"kind": kinds or [None] * n_var}
-        for side, bounds in (("lower", lower), ("upper", upper)):
-            if bounds is not None:
-                attributes[side] = real_array(side, bounds)
-                require_shape(side, attributes[side], (n_var,))
+        unknown = [None] * len(designs)
+        if len(kinds) not in (0, len(designs)):
+            rule = f"{len(designs)} kinds, one for each variable"
+            raise invalid("kinds", rule, Received(len(kinds)))
+        bounds = []
+        for side, values in (("lower", lower), ("upper", upper)):
+            bounds.append(unknown if values is None else real_array(side, values))
+            require_shape(side, np.asarray(bounds[-1]), (len(designs),))
         columns = []
-        for name, *values in zip(designs, *attributes.values(), strict=True):
-            columns.append(Column(name, VARIABLE, **dict(zip(attributes, values, strict=True))))
+        for name, kind, *ends in zip(designs, kinds or unknown, *bounds, strict=True):
+            columns.append(Column(name, VARIABLE, kind, "", False, *ends))
         groups = {
             OBJECTIVE: column_names("objectives", objectives, "f"),
             INEQUALITY: column_names("inequalities", inequalities, "g"),

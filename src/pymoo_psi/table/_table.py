@@ -186,23 +186,20 @@ class TestTable(View, Shown):
         numbers = checked_numbers(numbers)
         n = len(numbers)
         data, designs = designs_of(X, None if schema is None else schema.with_role(VARIABLE))
-        matrices = [_matrix("F", F, n), _matrix("G", G, n), _matrix("H", H, n)]
+        matrices = {"F": _matrix("F", F, n), "G": _matrix("G", G, n), "H": _matrix("H", H, n)}
         if schema is None:
-            schema = Schema.of([*data], *[matrix.shape[-1] for matrix in matrices])
+            schema = Schema.of([*data], *[matrix.shape[-1] for matrix in matrices.values()])
         schema = schema.with_columns(*designs)
         for cells in data.values():
             require_shape("a column of X", cells, (n,))
-        roles = {"F": OBJECTIVE, "G": INEQUALITY, "H": EQUALITY}
-        for name, matrix in zip(roles, matrices, strict=True):
-            columns = schema.with_role(roles[name])
+        roles = (OBJECTIVE, INEQUALITY, EQUALITY)
+        for role, (name, matrix) in zip(roles, matrices.items(), strict=True):
+            columns = schema.with_role(role)
             require_shape(name, matrix, (n, len(columns)))
             for column, cells in zip(columns, matrix.T, strict=True):
                 data[column.name] = -cells if column.maximize else cells
-        unknown = dict.fromkeys(schema.outputs, np.full(n, np.nan))
-        failures = _writable_reasons(reasons or {})
-        for number in failures.keys() - numbers.tolist():
-            raise invalid("reasons", "by the numbers of tests", number)
-        table = cls(schema, data | unknown, numbers, failures)
+        data |= dict.fromkeys(schema.outputs, np.full(n, np.nan))
+        table = cls(schema, data, numbers, _writable_reasons(reasons or {}, numbers))
         return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
 
     @classmethod
@@ -479,22 +476,7 @@ class TestTable(View, Shown):
             >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
             (array([3, 1]), array([2, 3]))
         """
-        rows: Any = selection
-        if str(getattr(rows, "dtype", "")) in ("bool", "boolean"):
-            rows = self._by_row(rows, False)
-        elif getattr(rows, "name", None) == TEST and hasattr(rows, "get_indexer"):  # of pandas
-            row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
-            rows = [row_of_number.get(number, len(self)) for number in rows]
-        indices = np.asarray(rows)
-        if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
-            indices = indices.astype(np.intp)
-        rule = "a mask or indices of rows"
-        if indices.ndim != 1:
-            raise invalid("selection", rule, Received(f"shape {indices.shape}"))
-        try:
-            rows = np.arange(len(self))[indices]
-        except IndexError as error:
-            raise invalid("selection", rule, Received(error)) from error
+        rows = self._rows_of(selection)
         numbers = self.numbers.take(rows)
         require_distinct(numbers)
         failures = self.failures
@@ -508,6 +490,25 @@ class TestTable(View, Shown):
             # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
             vars(table)["_front"] = np.ones(len(rows), dtype=bool)
         return table
+
+    def _rows_of(self, selection: Any) -> Rows:
+        """Return the indices of the rows that :meth:`take` selects."""
+        rows = selection
+        if str(getattr(rows, "dtype", "")) in ("bool", "boolean"):
+            rows = self._by_row(rows, False)
+        elif getattr(rows, "name", None) == TEST and hasattr(rows, "get_indexer"):  # of pandas
+            row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
+            rows = [row_of_number.get(number, len(self)) for number in rows]
+        indices = np.asarray(rows)
+        if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
+            indices = indices.astype(np.intp)
+        problem: object = f"shape {indices.shape}"
+        if indices.ndim == 1:
+            try:
+                return np.asarray(np.arange(len(self))[indices])
+            except IndexError as error:
+                problem = error
+        raise invalid("selection", "a mask or indices of rows", Received(problem))
 
     def _by_row(self, values: Any, missing: Any) -> Any:
         """Return a series of pandas in the order of the rows, if it has numbers of tests."""
@@ -748,19 +749,7 @@ class TestTable(View, Shown):
             if column.kind in (Kind.BINARY, Kind.CHOICE):
                 continue
             cells = self.column(column.name)[feasible]
-            low = float(cells.min())
-            high = float(cells.max())
-            if column.kind is Kind.LOG:
-                growth = (high / low) ** margin
-                low /= growth
-                high *= growth
-            else:
-                step = margin * (high - low)
-                low -= step
-                high += step
-            if column.kind is Kind.INTEGER:
-                low = np.floor(low)
-                high = np.ceil(high)
+            low, high = _widened(float(cells.min()), float(cells.max()), margin, column.kind)
             # fmax and fmin ignore a bound that is NaN, as there is none.
             lower[j] = np.fmax(low, lower[j])
             upper[j] = np.fmin(high, upper[j])
@@ -1011,6 +1000,17 @@ def _is_value(label: str) -> bool:
     return re.fullmatch(r"[-+−]?\d*[.,]?\d+(?:[eE][-+]?\d+)?", label) is not None
 
 
+def _widened(low: float, high: float, margin: float, kind: Kind | None) -> tuple[float, float]:
+    """Return the ends of a range that is wider on each side by a share of its width."""
+    if kind is Kind.LOG:
+        growth = (high / low) ** margin
+        return low / growth, high * growth
+    step = margin * (high - low)
+    if kind is Kind.INTEGER:
+        return float(np.floor(low - step)), float(np.ceil(high + step))
+    return low - step, high + step
+
+
 def has_errors(table: TestTable) -> bool:
     """Whether the feasible designs have a standard error of each objective."""
     designs = table.feasible()
@@ -1066,12 +1066,14 @@ def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     return differing
 
 
-def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
+def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int, str]:
     """Return reasons of tests by their numbers, without characters that files cannot hold."""
     writable = {}
     for number, reason in reasons.items():
         text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
         writable[int(number)] = text.replace("\0", "␀") or "no reason given"
+    for number in writable.keys() - numbers.tolist():
+        raise invalid("reasons", "by the numbers of tests", number)
     return writable
 
 
