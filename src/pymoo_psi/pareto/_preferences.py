@@ -111,39 +111,33 @@ class Preferences(Shown):
             F, normalize=normalize, maximize=maximize
         )
         self.decimal: str = F.decimal if source_type(F) == "table" else ""
-        self._front, terms, weighted = weighted_terms(self.ranking)
-        terms = terms[:, weighted]
-        # The distances from the best values in units of the ranges, of which people see a part.
-        steps = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
-        has_weight = originals(steps) == np.arange(len(weighted))
-        self._weighted: Rows = weighted[has_weight]
-        self._terms: Array = terms[:, has_weight]
-        self._weights = _weights_by_order(p, len(self._weighted), factor)
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
-        self._steps: Array = steps
-        # What can be proposed are the designs that are the best for some weights.
-        candidates = self._best_for_weights()
+        self._front, terms, weighted = weighted_terms(self.ranking)
+        terms = terms[:, weighted]
+        # The distances from the best values in units of the ranges, of which people see a part.
+        self._steps: Array = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
+        has_weight = originals(self._steps) == np.arange(len(weighted))
+        self._weighted: Rows = weighted[has_weight]
+        self._terms: Array = terms[:, has_weight]
+        self._weights = _weights_by_order(p, len(self._weighted), factor)
+        # What can be proposed: the designs that are the best for some weights, of equal ones one.
+        best = []
+        for order, weights in self._weights.items():
+            best.append(nearest_designs(self._terms, weights, order, 1)[:, 0])
+        candidates = np.unique(first_of(map(bytes, self._terms))[np.concatenate(best)])
         self._rows: Rows = self._front[candidates]
-        self._least = self._distances(candidates).min(axis=1, keepdims=True)
-        n = len(self._front)
-        some = np.arange(0, n, -(-n // _N_AVERAGED))
+        self._least = self._distances(self._rows).min(axis=1, keepdims=True)
+        some = self._front[:: -(-len(self._front) // _N_AVERAGED)]
         average = self._distances(some).mean(axis=1, keepdims=True)
         self._stake = np.maximum(average - self._least, 1e-12)
-        self._values = self._values_of(candidates)
+        self._values = self._values_of(self._rows)
         self._winners: Rows = (self._values >= 1 - _TIE).argmax(axis=1)
 
-    def _best_for_weights(self) -> Rows:
-        """Return which Pareto-optimal designs are the best for some weights, of equal ones one."""
-        best = []
-        for p, weights in self._weights.items():
-            best.append(nearest_designs(self._terms, weights, p, 1)[:, 0])
-        return np.unique(first_of(map(bytes, self._terms))[np.concatenate(best)])
-
-    def _distances(self, positions: Rows) -> Array:
+    def _distances(self, rows: Rows | list[int]) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
-        terms = self._terms[positions].T
+        terms = self._terms[np.searchsorted(self._front, rows)].T
         blocks = []
         for p, weights in self._weights.items():
             if np.isinf(p):
@@ -152,9 +146,9 @@ class Preferences(Shown):
                 blocks.append(weighted_distances(terms**p, weights**p, p) ** (1 / p))
         return np.concatenate(blocks)
 
-    def _values_of(self, positions: Rows) -> Array:
+    def _values_of(self, rows: Rows | list[int]) -> Array:
         """``(n_weights, k)`` values of Pareto-optimal designs: 1 the best one, 0 the average."""
-        return np.asarray(1 - (self._distances(positions) - self._least) / self._stake)
+        return np.asarray(1 - (self._distances(rows) - self._least) / self._stake)
 
     # What the answers say
 
@@ -176,7 +170,7 @@ class Preferences(Shown):
         """Return the rows of what can be proposed, and the values; an answer may prefer others."""
         preferred = [one for one, _ in self._preferred]
         rows = np.array([*dict.fromkeys([*self._rows.tolist(), *preferred])])
-        others = np.searchsorted(self._front, rows[len(self._rows) :])
+        others = rows[len(self._rows) :]
         return rows, np.hstack([self._values, self._values_of(others)])
 
     def _proposed(self) -> tuple[int, float]:
@@ -397,7 +391,7 @@ class Preferences(Shown):
             raise invalid("the designs of an answer", "two different ones", one)
         chances = self._chances[-1]
         if relation != "?":
-            chance = _chance(*self._values_of(np.searchsorted(self._front, rows)).T)
+            chance = _chance(*self._values_of(rows).T)
             if relation == "=":
                 chance = 4 * chance * (1 - chance)
             chances = chances * chance
