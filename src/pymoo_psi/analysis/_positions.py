@@ -87,6 +87,14 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
     return texts
 
 
+def _words_beyond(table: TestTable, name: str) -> str:
+    """Return "beyond", and the limits and constraints that a design violates; "" if none."""
+    texts = beyond_limits(table, table.names.index(name))
+    if not texts:
+        return ""
+    return f"beyond {listed([*texts.values()])}"
+
+
 def text_beyond(value: float, limit: Limit | None) -> str:
     """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
 
@@ -104,15 +112,14 @@ def text_beyond(value: float, limit: Limit | None) -> str:
 
 def position_sentences(table: TestTable) -> list[str]:
     """Return who wants which design, whether it is beyond limits, under which, and why."""
-    names = table.names
     sentences = []
     for record in positions_frame(table).to_dict("records"):
         choice = record["choice"]
         text = f"wants {choice}"
-        if choice in names:
-            beyond = beyond_limits(table, names.index(choice))
+        if choice in table.names:
+            beyond = _words_beyond(table, choice)
             if beyond:
-                text += f": beyond {listed([*beyond.values()])}"
+                text += f": {beyond}"
         elif choice != "none":
             text = sentence("foreign choice", design=choice)
         text = f"{record['name']} {text}."
@@ -149,9 +156,9 @@ def decision_sentences(table: TestTable) -> list[str]:
     if chosen not in table.names:
         sentences.append(f"{capital(chosen)} is not among these designs.")
     else:
-        beyond = beyond_limits(table, table.names.index(chosen))
+        beyond = _words_beyond(table, chosen)
         if beyond:
-            sentences.append(f"{capital(chosen)} is beyond {listed([*beyond.values()])}.")
+            sentences.append(f"{capital(chosen)} is {beyond}.")
     if decided["dissent"]:
         sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
     return sentences

@@ -179,14 +179,9 @@ def _doubtful(F: Array, places: Rows, b: Array, frame: UtopianFrame, tried: rang
     kept = nondominated(np.column_stack([F, places]))
     F = F[kept]
     places = places[kept]
-    if frame.is_fixed:
-        F = np.maximum(F, frame.ideal)  # what is better than U counts as U
-        b = np.maximum(b, frame.ideal)
-        U = np.resize(frame.ideal, F.shape)
-        lengths = np.resize(frame.lengths, F.shape)
-    else:
-        U = np.minimum.accumulate(F)
-        lengths = unit_lengths(U, _nadirs(F))
+    F = frame.limited(F)
+    b = frame.limited(b)
+    U, lengths = _frames(F, frame)
     if not frame.normalize:
         lengths = np.full(F.shape, np.abs(F - b).max(initial=0.0) or 1.0)  # no square overflows
     size = max(_CELLS // max(F.size, 1), 1)
@@ -199,6 +194,19 @@ def _doubtful(F: Array, places: Rows, b: Array, frame: UtopianFrame, tried: rang
         distance = np.sum(((b - ideal) / length) ** 2, axis=2)
         may_be_nearer = ~(difference >= -LAST_PLACES * distance) & (places <= part[:, None])
         yield from part[may_be_nearer.any(axis=1)].tolist()
+
+
+def _frames(F: Array, frame: UtopianFrame) -> tuple[Array, Array]:
+    """Return the ``(n, m)`` ideal points and ranges of the designs up to each of n, or fixed ones.
+
+    Args:
+        F: ``(n, m)`` objectives, minimised, none dominated by one before.
+        frame: The fixed points, if there are any.
+    """
+    if frame.is_fixed:
+        return np.resize(frame.ideal, F.shape), np.resize(frame.lengths, F.shape)
+    U = np.minimum.accumulate(F)
+    return U, unit_lengths(U, _nadirs(F))
 
 
 def _nadirs(F: Array) -> Array:

@@ -153,12 +153,12 @@ class DesignComparison:
         return self._amounts(k, better), self._amounts(k, worse)
 
     def _amounts(self, k: int, objectives: Rows) -> str:
-        """Return by how much objectives of the k-th design differ, where one knows which way."""
+        """Return how much of objectives the k-th design gains or loses: "1 kg of mass"."""
         names = self.ranking.objectives.names
-        amounts = [_amount(self.ranking, j, self.gains[k, j]) for j in objectives]
-        return listed(
-            [f"{amount} of {names[j]}" for amount, j in zip(amounts, objectives, strict=True)]
-        )
+        amounts = []
+        for j in objectives:
+            amounts.append(f"{_amount(self.ranking, j, self.gains[k, j])} of {names[j]}")
+        return listed(amounts)
 
     def _changes(self, k: int, objectives: Rows) -> list[str]:
         """Return by how much objectives of the k-th design differ from those of the first."""
@@ -295,16 +295,16 @@ class Explanation:
             design = capital(design)
             return sentence("dominated", design=design, other=other, difference=difference)
         n_optimal = ranking.pareto.sum()
-        if n_optimal == 1:
-            return sentence("optimum", design=design, best=sentence("only"))
         best = ""
-        if self.best_in:
+        if n_optimal == 1:
+            best = sentence("only")
+        elif self.best_in:
             best = sentence("best", objectives=listed(self.best_in))
-        if self.row not in ranking.salukvadze:
-            place = ranking.place[self.row]
-            design = ", ".join(filter(None, [capital(design), best]))
-            return sentence("ranked", design=design, place=place, front=n_optimal)
-        return sentence("optimum", design=design, best=best or sentence("nearest"))
+        if self.row in ranking.salukvadze:
+            return sentence("optimum", design=design, best=best or sentence("nearest"))
+        design = ", ".join(filter(None, [capital(design), best]))
+        place = ranking.place[self.row]
+        return sentence("ranked", design=design, place=place, front=n_optimal)
 
     @property
     def ties(self) -> str:
@@ -573,17 +573,16 @@ def ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
 
     Of a table only feasible designs are ranked, and each once, by its first test.
     """
-    ranked = np.arange(len(ranking.rows))
-    last = len(ranked) - 1
-    if source_type(F) == "table":
-        ranked = ranking.rows
-        last = len(F) - 1
-    if integer(name, row, minimum=0) > last:
-        raise invalid(name, f"a row of F, from 0 to {last}", row)
-    if source_type(F) == "table":
-        row = int(F.ranked_as[row])
-    if row not in ranked:
+    is_table = source_type(F) == "table"
+    n = len(F) if is_table else len(ranking.rows)
+    if integer(name, row, minimum=0) >= n:
+        raise invalid(name, f"a row of F, from 0 to {n - 1}", row)
+    if not is_table:
+        return int(row)
+    row = int(F.ranked_as[row])
+    ranked = np.flatnonzero(ranking.rows == row)
+    if not len(ranked):
         received = Received(f"{F.names[row]}, which is {F.status[row]}")
         remedy = "violations() and reasons of the table say why"
         raise invalid(name, "a feasible design", received, remedy)
-    return int(np.flatnonzero(ranked == row)[0])
+    return int(ranked[0])

@@ -113,14 +113,15 @@ class UtopianFrame:
             return self
         return UtopianFrame(front.min(axis=0), front.max(axis=0), self.normalize)
 
-    def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1.
-
-        A point may be better than a fixed U. It counts as U there: it is not far from it.
-        """
-        d = F - self.ideal
+    def limited(self, F: Array) -> Array:
+        """Return ``(n, m)`` points; where one is better than a fixed U, it counts as equal to U."""
         if self.is_fixed:
-            np.maximum(d, 0.0, out=d)
+            return np.maximum(F, self.ideal)
+        return F
+
+    def scaled(self, F: Array) -> Array:
+        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
+        d = self.limited(F) - self.ideal
         d /= self.scale
         return d
 
