@@ -1,6 +1,6 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
-const names = ["Preferences", "checked", "compareRows", "countedAnswers", "csv", "decisionOf", "decode", "explain", "limited", "metadata", "opened",
+const names = ["Preferences", "checked", "countedAnswers", "csv", "decisionOf", "decode", "explain", "gainsOf", "limited", "metadata", "opened",
   "ordered", "parsed", "preference", "ranked", "separation", "stateOf", "changesOf", "outcomeOf", "switches", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
@@ -75,10 +75,10 @@ function answer({payload, states, rows, pins, texts, typed, thorough, numbers = 
         mu1: list(mu1), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdictOn(ranking, row)?.instead),
-        compared: count ? Logic.compareRows(ranking, pins[k].slice(1), pins[k][0]) : null,
+        compared: count ? pins[k].slice(1).map((row) => Logic.gainsOf(ranking, row, pins[k][0])) : null,
         separation: thorough[k] ? Logic.separation(ranking, state.positions) : null,
         switches: thorough[k] || !count ? switched(state, ranking) : null,
-        preferred: Logic.preference(ranking, state),
+        preferred: list(Logic.preference(ranking, state)),
         opened: Logic.opened(written),
         csv: Logic.csv(order, ranking),
         metadata: Logic.metadata(order, state, "left.csv"),

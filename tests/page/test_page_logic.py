@@ -428,10 +428,10 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
         if {*case.pins[k]} <= {*rows.tolist()}:
             pins = np.searchsorted(rows, case.pins[k]).tolist()
             two = compare_designs(ranking, rows=pins, units=units)
-            for j, objective in enumerate(found["compared"]):
-                assert np.sign(objective["gains"]).tolist() == np.sign(two.gains[1:, j]).tolist()
-                shares = np.array(objective["shares"], dtype=float)
-                np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
+            for k, pinned in enumerate(found["compared"], start=1):
+                assert np.sign(pinned["gains"]).tolist() == np.sign(two.gains[k]).tolist()
+                shares = np.array(pinned["shares"], dtype=float)
+                np.testing.assert_allclose(shares, two.shares[k], rtol=1e-12)
 
 
 def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):

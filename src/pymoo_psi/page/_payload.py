@@ -278,7 +278,6 @@ def _packed_numbers(
         "texts": None,
         "values": _base64(values),
         "notation": number_format.pattern,
-        "range": [low, high],
         "axis": [min(low, least), max(high, most)],
         "log": crowded or (log and low > 0),
     }

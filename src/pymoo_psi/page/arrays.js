@@ -14,6 +14,12 @@ function picked(rows, accepts) {
   return room.slice(0, count)
 }
 
+// The rows whose values are the least, but for a tolerance.
+function leastOf(rows, values, tolerance) {
+  const reach = endOf(values, 1, rows) + tolerance
+  return picked(rows, (row) => values[row] <= reach)
+}
+
 // The values of some rows; Float64Array.from takes ten times as long.
 function gathered(values, rows, result = new Float64Array(rows.length)) {
   for (let k = 0; k < rows.length; k++) result[k] = values[rows[k]] + 0 // no -0
@@ -23,7 +29,11 @@ function gathered(values, rows, result = new Float64Array(rows.length)) {
 const unique = (items) => [...new Set(items)]
 function joined(...lists) {
   const result = new Int32Array(sum(lists.map((list) => list.length)))
-  lists.reduce((at, list) => { result.set(list, at); return at + list.length }, 0)
+  let at = 0
+  for (const list of lists) {
+    result.set(list, at)
+    at += list.length
+  }
   return result
 }
 
@@ -43,6 +53,7 @@ function endOf(array, sign, rows = null) {
   }
   return sign * end + 0 // no -0
 }
+const endsOf = (array, rows) => [1, -1].map((sign) => endOf(array, sign, rows))
 
 // The rows in the order of their values, missing ones last; equal ones stay as they are. They are
 // sorted by the leading bits of their numbers first, as a comparing function takes thirty times as

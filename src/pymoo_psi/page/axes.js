@@ -15,7 +15,7 @@ const axes = (() => {
   let lanes = [] // {column, y, values, x}: what is drawn on each, with the place of a value
   let gaps = [] // neighbouring lanes, which lines join
   const {size, clean, fit} = layers(plot, 3)
-  const endsOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
+  const edgesOf = (column) => isTurned(column) ? [size.width - INSET, INSET] : [INSET, size.width - INSET]
 
   // Where the axes are; asking for it makes the browser lay out the page.
   function measure() {
@@ -32,7 +32,7 @@ const axes = (() => {
 
   function lay() {
     lanes = shown.map(({column}, j) => (
-      {column, y: heights[j], values: column.values, x: placing(scaleOf(column), ...endsOf(column))}))
+      {column, y: heights[j], values: column.values, x: placing(scaleOf(column), ...edgesOf(column))}))
     // Rows that stand one above the other at a distance, on a narrow screen, have no lines.
     gaps = lanes.slice(1).map((lane, j) => [lanes[j], lane]).filter(([upper, lower]) => lower.y - upper.y < 80)
   }

@@ -1,16 +1,14 @@
 // "Help me choose": which of two designs somebody would rather have, and what the answers say.
 
 let model = null // what is known before the first answer
-let sayings = new Map() // what answers say, by their text
+let sayings = {} // what answers say, by their text
 let question = null // the two rows that are asked about
 
 // What the answers that count say, `counting`, and the rest of it.
 function said(answers) {
-  if (model?.front !== ranking.front) [model, sayings] = [new Preferences(ranking), new Map()]
+  if (model?.front !== ranking.front) [model, sayings] = [new Preferences(ranking), {}]
   const counting = countedAnswers(ranking, answers)
-  const key = counting.join(";")
-  if (!sayings.has(key)) sayings.set(key, {counting, ...model.after(counting)})
-  return sayings.get(key)
+  return sayings[counting.join(";")] ??= {counting, ...model.after(counting)}
 }
 
 function openQuestions() {

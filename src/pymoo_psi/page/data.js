@@ -72,10 +72,8 @@ function addDesigns(more) {
   // What was dominated stays so.
   if (more.length) data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorAmong(i, all) < 0)
   data.whole = ranked(all)
-  if (more.length) for (const column of data.columns) if (column.range) {
-    for (const ends of [column.range, column.axis]) [1, -1].forEach((sign, k) => {
-      ends[k] = sign * min(sign * ends[k], sign * endOf(column.values, sign, data.whole.front))
-    })
+  if (more.length) for (const column of data.numeric) {
+    column.axis = [1, -1].map((sign, k) => endOf([column.axis[k], endOf(column.values, sign, data.whole.front)], sign))
   }
   data.fixed = fixedFrame() // the points U and N of fixed ranges
   data.wholeFixed = isFixed(data.opens_with.ranges) ? ranked(all, data.fixed) : data.whole // by these
@@ -94,13 +92,13 @@ const isFixed = (ranges) => isObject(ranges) && Object.keys(ranges).length > 0
 function fixedFrame() {
   const {objectives, opens_with: {ranges}, whole} = data
   if (!isFixed(ranges)) return whole.frame
-  const [low, high] = [0, 1].map((end) => objectives.map(({name, maximize}) =>
+  const [ideal, nadir] = [0, 1].map((end) => objectives.map(({name, maximize}) =>
     maximize ? -ranges[name][1 - end] : ranges[name][end]))
-  return {ideal: low, nadir: high}
+  return {ideal, nadir}
 }
 const rangesOf = ({fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
-  const ends = [data.fixed.ideal[j], data.fixed.nadir[j]].map((value) => (maximize ? -value : value))
-  return [name, maximize ? ends.reverse() : ends]
+  const [best, worst] = [data.fixed.ideal[j], data.fixed.nadir[j]]
+  return [name, maximize ? [-worst, -best] : [best, worst]]
 }))
 
 const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)

@@ -132,7 +132,7 @@ function parsed(text) {
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
 function decisionOf(state, date) {
   const {limits, reason, chosen, positions, decided, ...view} = state
-  const row = data.rowOf.get(chosen)
+  const row = rowOf(chosen)
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : isNumber(values[row]) ? values[row] : null
   return {
     ...data.opens_with,
@@ -148,7 +148,7 @@ function decisionOf(state, date) {
     page: {
       title: data.title,
       date,
-      values: row === undefined ? {} : byName(data.columns.map((column) => [column.name, valueOf(column)])),
+      values: row < 0 ? {} : byName(data.columns.map((column) => [column.name, valueOf(column)])),
       state: view,
     },
   }
@@ -163,13 +163,11 @@ function opened(text) {
   const defaults = entryOf(content, "objectives") === undefined ? own : {maximize: [], normalize: true}
   const {objectives, maximize, normalize, units, ranges, page = {}} = {...defaults, ...content}
   const sorted = (list) => JSON.stringify(Array.isArray(list) && [...list].sort())
-  const isOther = [
-    !isDecision, !isObject(page), sorted(objectives) !== sorted(own.objectives), sorted(maximize) !== sorted(own.maximize), normalize !== data.normalize,
-    data.columns.some(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit),
-    isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)),
-  ]
-  if (!isOther.some(Boolean)) return stateOf(content)
-  return {state: null, remarks: [sentence("foreign file")]}
+  const isOther = !isDecision || !isObject(page) || normalize !== data.normalize ||
+    sorted(objectives) !== sorted(own.objectives) || sorted(maximize) !== sorted(own.maximize) ||
+    data.columns.some(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit) ||
+    (isFixed(ranges) && entriesOf(rangesOf({fixed: true})).some(([name, ends]) => String(entryOf(ranges, name)) !== String(ends)))
+  return isOther ? {state: null, remarks: [sentence("foreign file")]} : stateOf(content)
 }
 
 // The state of a formulation, and what a reader must know of it.
@@ -178,8 +176,8 @@ function stateOf({limits, chosen, reason, ranges, positions, decided, page: {val
   // Where no page has written who has given the reason, it is who has a position with it.
   const owner = state.positions.findLast((one) => one.chosen === state.chosen && one.reason === state.reason)
   if (owner && state.reason && !view?.owners) state.owners = {reason: owner.name}
-  const row = data.rowOf.get(state.chosen)
-  const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
+  const row = rowOf(state.chosen)
+  const changes = data.objectives.filter((column) => row >= 0 && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
   if (changes.length) {
     remarks.unshift(sentence("changed", {design: state.chosen, objectives: listed(namesOf(changes))}))

@@ -64,8 +64,8 @@ function dominatorOf({low, rows, points, halves}, point, among) {
     for (; j < m && points[k * m + j] <= point[j]; j++) better ||= points[k * m + j] < point[j]
     if (j === m && better) return rows[k]
   }
-  for (let k = 0; k < halves.length; k++) {
-    const found = dominatorOf(halves[k], point, among)
+  for (const half of halves) {
+    const found = dominatorOf(half, point, among)
     if (found >= 0) return found
   }
   return -1

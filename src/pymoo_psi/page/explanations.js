@@ -78,12 +78,6 @@ function comparison(ranking, state, verdict) {
   return [...rows].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role] === i)}))
 }
 
-// What rows gain against one of them in each objective, and this in shares of its range.
-function compareRows(ranking, rows, base) {
-  const all = rows.map((row) => gainsOf(ranking, row, base))
-  return data.objectives.map((column, j) => ({column, gains: all.map(({gains}) => gains[j]), shares: all.map(({shares}) => shares[j])}))
-}
-
 // How far a row is from the best values, those of fixed ranges perhaps, and this in shares of the
 // ranges; negative where it is better.
 function behindOf({frame: {ideal, lengths}}, row) {
@@ -98,7 +92,8 @@ function explain(ranking, row) {
   const {front, frame: {lengths}} = ranking
   const {F} = data
   const own = F.map((column) => column[row])
-  const {shares} = behindOf(ranking, row)
+  const behind = behindOf(ranking, row)
+  const {shares} = behind
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
@@ -135,7 +130,7 @@ function explain(ranking, row) {
     row,
     shares,
     steps: steps.map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
-    costs: costsOf(ranking, behindOf(ranking, row)),
+    costs: costsOf(ranking, behind),
   }
 }
 

@@ -1,6 +1,5 @@
 // The connection of a page to the server of a growing study: new designs, progress, steering.
 if (data.live) {
-  const proposed = () => called(ranking.best[0])
   // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
   const reload = () => {
     isSaved()
@@ -26,9 +25,9 @@ if (data.live) {
   }
   setInterval(() => {
     if (!waiting.length || dragging) return
-    const before = proposed()
+    const before = proposedRow()
     page.grow(waiting.splice(0))
-    if (proposed() !== before) since = count
+    if (proposedRow() !== before) since = count
   }, 100)
 
   $("live").hidden = false

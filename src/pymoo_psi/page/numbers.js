@@ -5,14 +5,11 @@ const {abs, ceil, floor, hypot, log10, max, min, round, sqrt} = Math
 
 // A number rounded as Python rounds it: by all of its digits, an exact half to the even one. From five
 // digits on thousands are apart.
-const formats = new Map() // making one takes long
+const formats = {} // making one takes long
 function rounded(value, options) {
-  const key = JSON.stringify(options)
-  if (!formats.has(key)) {
-    formats.set(key, new Intl.NumberFormat("en", {roundingMode: "halfEven", signDisplay: "negative", useGrouping: "min2", ...options}))
-  }
-  const text = formats.get(key).format(value.toPrecision(60))
-  return localized(text).replace("E", "e")
+  const format = formats[JSON.stringify(options)] ??=
+    new Intl.NumberFormat("en", {roundingMode: "halfEven", signDisplay: "negative", useGrouping: "min2", ...options})
+  return localized(format.format(value.toPrecision(60))).replace("E", "e")
 }
 const localized = (text) => text.replaceAll(",", "\u00a0").replace(".", data.decimal)
 
@@ -39,9 +36,8 @@ function short(value, digits = 4, least = 0) {
 // The decimals of the values of the rows that no other dominates, 0 if some has more than three.
 function decimalsOf(column, ranking) {
   const {front} = ranking
-  const {values} = column
-  const known = ranking.decimals ??= new Map() // by name
-  if (known.has(column.name)) return known.get(column.name)
+  const {name, values} = column
+  const known = ranking.decimals ??= byName()
   const areAsGiven = (count) => {
     const factor = 10 ** count
     return front.every((row) => {
@@ -49,8 +45,7 @@ function decimalsOf(column, ranking) {
       return !isNumber(value) || abs(value - round(value * factor) / factor) <= 1e-12 * abs(value)
     })
   }
-  known.set(column.name, [0, 1, 2, 3].find(areAsGiven) ?? 0)
-  return known.get(column.name)
+  return known[name] ??= [0, 1, 2, 3].find(areAsGiven) ?? 0
 }
 
 // A share with two digits, above 10 % with none behind the point.

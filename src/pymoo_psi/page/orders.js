@@ -20,9 +20,8 @@ function ordered(ranking, state) {
 function searched(text, shown) {
   if (!text) return shown
   const fits = (cell) => cell.toLowerCase().includes(text.toLowerCase())
-  const exact = [rowOf(text)].filter((row) => row >= 0)
-  return Int32Array.from(unique([...exact, ...shown, ...data.names.keys()]).filter((row) =>
-    fits(called(row)) || data.textual.some(({texts, values}) => fits(texts[values[row]]))))
+  return Int32Array.from(unique([rowOf(text), ...shown, ...data.names.keys()]).filter((row) =>
+    row >= 0 && (fits(called(row)) || data.textual.some(({texts, values}) => fits(texts[values[row]])))))
 }
 
 // The places of the names in the order of a dictionary, in which 9 comes before 10.
@@ -61,9 +60,5 @@ function preference(ranking, {weights, aspiration}) {
   }
   const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * max(size, abs(point[j] / frame.scale[j])))
-  const nearest = (rows, key, tolerance) => {
-    const reach = endOf(key, 1, rows) + tolerance
-    return rows.filter((i) => key[i] <= reach)
-  }
-  return nearest(nearest([...front], value, max(...noise)), total, sum(noise))
+  return leastOf(leastOf(front, value, max(...noise)), total, sum(noise))
 }

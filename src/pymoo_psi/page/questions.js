@@ -25,7 +25,7 @@ class Preferences {
     const columns = data.F.map((column, j) => column.map((value) => max(0, (value - frame.ideal[j]) / frame.scale[j])))
     const varied = columns.filter((column) => endOf(column, -1, front) > endOf(column, 1, front))
     this.steps = varied.map((column) => {
-      const [low, high] = [1, -1].map((sign) => endOf(column, sign, front))
+      const [low, high] = endsOf(column, front)
       return column.map((term) => (term - low) / (high - low))
     })
     const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= ALIKE

@@ -66,8 +66,7 @@ function ranked(mask, fixed = null) {
   const mu1 = distances(F, frame, rows.length ? joined(rows, data.prototypes) : rows)
   for (const row of front) pareto[row] = 1
   const noise = LAST_PLACES * hypot(...frame.sizes)
-  const reach = endOf(mu1, 1, front) + noise
-  const best = [...picked(front, (row) => mu1[row] <= reach)]
+  const best = [...leastOf(front, mu1, noise)]
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
   let places // found when they are asked for: sorting takes long, and what decides needs the best only
   const found = () => places ??= placesOf(front, mu1, noise)

@@ -170,7 +170,7 @@ const roleOf = (row) => inspected === row ? "inspected" : row === chosenRow() ? 
 
 function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   const limit = limitOf(column)
-  const out = left.rejected.get(column.name)
+  const out = kept.rejected.get(column.name)
   renew(note, out && `rejects ${exact(sum(out))} of ${exact(data.n)}`)
   row.classList.toggle("set", limit !== null)
   if (boxes) {

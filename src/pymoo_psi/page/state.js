@@ -8,8 +8,8 @@ let {state} = initial
 const past = [] // states as text, for undo and redo
 let at = -1 // the present one
 let saved = "" // the state that a file has
-let left, ranking, verdict, order
-const asked = ({limits, fixed}) => JSON.stringify([limits, fixed]) // what left and ranking are made from
+let kept, ranking, verdict, order
+const asked = ({limits, fixed}) => JSON.stringify([limits, fixed]) // what they are made from
 const made = data.made ?? asked(initial.state) // a saved page opens with others
 let filtered = ""
 let inspected = -1 // what is looked at, which chooses nothing
@@ -97,8 +97,8 @@ function lead() {
   const filter = asked(state)
   if (filter !== filtered) {
     filtered = filter
-    left = limited(state)
-    ranking = ranked(left.mask, state.fixed ? data.fixed : null)
+    kept = limited(state)
+    ranking = ranked(kept.mask, state.fixed ? data.fixed : null)
     switchLater()
   }
   verdict = verdictOn(ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
@@ -162,9 +162,8 @@ function look(row) {
 // On a scale over decades the digits follow the size of the number, not the range of the column.
 const valueText = (column, value) => column.log && isNumber(value) ? short(value) : written(column, value)
 function cellText(column, row) {
-  const texts = column.cells ??= new Map() // the same rows are written at every step
-  if (!texts.has(row)) texts.set(row, valueText(column, column.values[row]))
-  return texts.get(row)
+  const texts = column.cells ??= [] // the same rows are written at every step
+  return texts[row] ??= valueText(column, column.values[row])
 }
 
 // A click inspects, a button or C chooses. A reason belongs to its choice.
@@ -213,7 +212,7 @@ function within() {
   return set ? ` within the limit${set > 1 ? "s" : ""}` : ""
 }
 // The limits that a design breaks.
-const broke = (row) => [...left.rejected].flatMap(([name, out]) => (out[row] ? [columnOf(name)] : []))
+const broke = (row) => [...kept.rejected].flatMap(([name, out]) => (out[row] ? [columnOf(name)] : []))
 
 const errorOf = ({name}) => columnOf(`${name} standard error`)
 const isLog = (column) => Boolean(column.log) !== state.turned.includes(column.name)
@@ -223,7 +222,7 @@ let marked = [] // rows that no axis leaves out
 let scales = new Map()
 function scaleOf(column) {
   if (scales.has(column)) return scales.get(column)
-  let [low, high] = column.texts ? [0, column.texts.length - 1] : column.axis ?? column.range
+  let [low, high] = column.texts ? [0, column.texts.length - 1] : column.axis
   for (const row of marked) {
     const value = column.values[row]
     if (isNumber(value)) [low, high] = [min(low, value), max(high, value)]

@@ -43,9 +43,9 @@ function showVerdict() {
 }
 
 function showCounts() {
-  renew("count", !left.count ? "No design is left"
-    : within() ? `${exact(left.count)} of ${exact(data.n)}${within()}` : counted(data.n, "design"))
-  $("count").classList.toggle("warning", !left.count)
+  renew("count", !kept.count ? "No design is left"
+    : within() ? `${exact(kept.count)} of ${exact(data.n)}${within()}` : counted(data.n, "design"))
+  $("count").classList.toggle("warning", !kept.count)
   // Not disabled in earnest: a key that is held would go on with the button beside it.
   $("undo").ariaDisabled = at <= 0
   $("redo").ariaDisabled = at >= past.length - 1
@@ -105,14 +105,14 @@ function showCompare() {
   show("compare", rows.length > 1)
   if (rows.length < 2) return
   const heads = parts.map(({row, roles}) => head("col",
-    make("div.named", left.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
+    make("div.named", kept.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
     make("div.roles", [...roles, placed(row)].join(", ")),
     make("div.buttons", isPinned(row) && pinButton(row))))
+  const differences = rows.map((row) => gainsOf(ranking, row, rows[0]))
   renew("compare-table",
     make("thead", make("tr", head("col", "Objective"), heads)),
-    make("tbody", compareRows(ranking, rows, rows[0]).map(({column, gains, shares}) =>
-      make("tr", head("row", column.label), rows.map((row, k) =>
-        make("td.number", make("div", cellText(column, row)), k > 0 && gainTexts(column, gains[k], shares[k])))))))
+    make("tbody", data.objectives.map((column, j) => make("tr", head("row", column.label), differences.map(({gains, shares}, k) =>
+      make("td.number", make("div", cellText(column, rows[k])), k > 0 && gainTexts(column, gains[j], shares[j])))))))
 }
 
 function gainTexts(column, gain, share) {
