@@ -10,6 +10,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import (
+    LPTauSampling,
     ProgramProblem,
     Restricted,
     Robust,
@@ -142,6 +143,19 @@ def test_means_of_tests_are_no_tests(form, options, tmp_path):
 
 
 BNH = get_problem("bnh")
+
+
+def test_a_file_of_fifteen_digits_has_the_designs_of_the_study(options, study_file, tmp_path):
+    problem = Model(lambda x: {"F": [x[0], 1 - x[1]]}, n_var=2, xl=0.1, xu=0.375)
+    table = investigate(problem, 16, study=tmp_path / "whole.db")
+    digits = [[float(f"{value:.15g}") for value in row] for row in np.hstack([table.X, table.F])]
+    frame = pd.DataFrame(digits, columns=table.schema.names)
+    assert (frame[["x1", "x2"]].to_numpy() != table.X).any()
+    known = import_tests(problem, frame, RunOptions(study=tmp_path / "whole.db"))
+    assert known.remarks == ("0 of 16 tests taken, 16 known already.",)
+    import_tests(problem, frame, options)
+    asked = ask_tests(problem, 2, options)[["x1", "x2"]]
+    assert np.array_equal(asked, LPTauSampling().do(problem, 18).get("X")[16:])
 
 
 def test_infeasible_rows_are_kept_and_surrogates_learn_from_them(options, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from pymoo_psi._kinds import DTYPES, Kind, first_of
 from pymoo_psi._names import named_as
 from pymoo_psi._validation import Columns, Integers, Mask, Received, Rows, counted, invalid
-from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, with_computed
+from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions
@@ -88,6 +89,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    results |= _with_all_digits(model, results, store.study.contents()[1])
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
@@ -102,6 +104,23 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
     return replace(tests, remarks=(f"{taken}.", *remarks))
+
+
+def _with_all_digits(model: Model, results: Columns, stored: Columns) -> Columns:
+    """Return the variables of results; a design that is stored has all the digits of its values.
+
+    A file may have fewer of them.
+    """
+    names = model.schema.variables
+    known: dict[str, Sequence[Any]] = {}
+    for design in zip(*(stored[name].tolist() for name in names), strict=True):
+        known.setdefault(mark_of(design), design)
+    columns = {name: results[name].copy() for name in names}
+    cells = [results[name].tolist() for name in names]
+    for row, design in enumerate(zip(*cells, strict=True)):
+        for name, value in zip(names, known.get(mark_of(design), design), strict=True):
+            columns[name][row] = value
+    return columns
 
 
 def _left_out(table: TestTable, results: Columns) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -115,8 +115,11 @@ class _Laboratory:
         self.proposals[test] = run, proposal
         return test
 
-    def assign_again(self, database: Database, test: int) -> int:
-        """Ask people for a repeat of a test; return its number."""
+    def made(self, database: Database, test: int) -> int:
+        """Return the number of a test that was made: an assigned one, or a repeat of it."""
+        if test in self.pending:
+            self.pending.remove(test)
+            return test
         run, proposal = self.proposals[test]
         content = proposal.content | {"of": test}
         return self.assign(database, run, proposal._replace(content=content))
@@ -130,12 +133,11 @@ class _Laboratory:
         frame[[*self.results, FAILURE]] = None
         return frame
 
-    def designs(self, variables: Names) -> set[tuple[Any, ...]]:
-        """Return the designs that are tested or assigned."""
-        designs = {*self.tests[[*variables]].itertuples(index=False, name=None)}
-        for test in self.proposals:
-            designs.add(tuple(self.design(test).values()))
-        return designs
+    def marks(self, variables: Names) -> set[str]:
+        """Return the marks of the designs that are tested or assigned; see :func:`mark_of`."""
+        designs = [*self.tests[[*variables]].itertuples(index=False, name=None)]
+        designs += [tuple(self.design(test).values()) for test in self.proposals]
+        return {*map(mark_of, designs)}
 
 
 # Asking
@@ -178,21 +180,22 @@ def ask_tests(
             laboratory = _Laboratory(database)
         if n_tests == 0:
             return laboratory.frame(laboratory.pending)
-        n_proposed = 0
+        n_first = n_tests
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
-            n_proposed = max(0, n_tests - max(0, _POINTS - n_known))
-        known = laboratory.designs(model.schema.variables)
+            n_first = min(n_tests, max(0, _POINTS - n_known))
+        known = laboratory.marks(model.schema.variables)
         proposals = []
-        for design in _points_of_sequence(model, options, known, n_tests - n_proposed):
+        for design in _points_of_sequence(model, options, known, n_first):
             proposals.append(Proposal(0, 0, store.origin, {"design": design}))
-        if n_proposed > 0:
-            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
-            last_round = max(rounds, default=0)
+        if n_tests > n_first:
             pending = [*map(laboratory.design, laboratory.pending)]
             pending += [proposal.content["design"] for proposal in proposals]
-            X = _proposed_by_surrogates(model, options, store, pending, n_proposed, last_round)
-            for design in _unknown_designs(model, X, known, n_proposed):
+            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
+            last_round = max(rounds, default=0)
+            n = n_tests - n_first
+            X = _proposed_by_surrogates(model, options, store, pending, n, last_round)
+            for design in _unknown_designs(model, X, known, n):
                 entries = {"design": design}
                 proposals.append(Proposal(0, last_round + 1, "surrogates", entries))
         with store.study.changes() as database:
@@ -200,9 +203,7 @@ def ask_tests(
         return laboratory.frame(tests)
 
 
-def _points_of_sequence(
-    model: Model, options: RunOptions, known: set[tuple[Any, ...]], n: int
-) -> list[Values]:
+def _points_of_sequence(model: Model, options: RunOptions, known: set[str], n: int) -> list[Values]:
     """Return the first n unknown points of the sequence that meet the requirements."""
     space = model.space
     n_points = len(known) + n * _TRIED
@@ -238,16 +239,22 @@ def _proposed_by_surrogates(
     return space.matrix(proposed_now(model, table, points, n, options.seed or 0, last_round))
 
 
-def _unknown_designs(model: Model, X: Designs, known: set[tuple[Any, ...]], n: int) -> list[Values]:
-    """Return the first n designs that are not known; from now on they are."""
+def _unknown_designs(model: Model, X: Designs, known: set[str], n: int) -> list[Values]:
+    """Return the first n designs whose marks are not known; from now on they are."""
     schema = model.schema
     columns = columns_of_designs(schema.variables, schema.kinds, X)
     designs: list[Values] = []
     for values in zip(*(column.tolist() for column in columns.values()), strict=True):
-        if values not in known and len(designs) < n:
-            known.add(values)
+        mark = mark_of(values)
+        if mark not in known and len(designs) < n:
+            known.add(mark)
             designs.append(dict(zip(columns, values, strict=True)))
     return designs
+
+
+def mark_of(design: Iterable[Any]) -> str:
+    """Return what tells designs apart by their values, in the digits that files keep."""
+    return repr([*map(_text, design)])
 
 
 # Telling
@@ -481,15 +488,11 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
     import pandas as pd
 
     sentences = []
-    rows: dict[int, list[Values]] = defaultdict(list)  # by run
-    places: dict[int, list[str]] = defaultdict(list)
+    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
     for test, place, values in results:
-        title = f"Test {test}"
-        if test in laboratory.pending:
-            laboratory.pending.remove(test)
-            own = test
-        else:  # it has a result already
-            own = laboratory.assign_again(database, test)
+        own = laboratory.made(database, test)
+        title = f"Test {own}"
+        if own != test:
             title = f"Test {own}, a repeat of {test}"
         for name, value in laboratory.design(test).items():
             if values[name] != value:
@@ -498,14 +501,14 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result
         run, proposal = laboratory.proposals[own]
         facts = {"origin": proposal.origin, "seconds": np.nan}
         facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
-        rows[run].append(values | facts)
-        places[run].append(place)
-    for run in sorted(rows):
-        frame = pd.DataFrame(rows[run])
+        rows_by_run[run].append((place, values | facts))
+    for run, rows in sorted(rows_by_run.items()):
+        places, values_of_tests = zip(*rows, strict=True)
+        frame = pd.DataFrame(values_of_tests)
         if not frame[PROPOSAL_ROUND].any():
             del frame[PROPOSAL_ROUND]
         columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-        columns = with_computed(database.head, columns, places[run], sentences)
+        columns = with_computed(database.head, columns, places, sentences)
         database.append(run, columns, 0)
     return sentences
 
