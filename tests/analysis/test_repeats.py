@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, TestTable, read_table
-from pymoo_psi.analysis import average_repeats, confidence_sentences
+from pymoo_psi.analysis import average_repeats, confidence_sentences, counts_sentence
 from pymoo_psi.errors import ArgumentValueError
 from tests.helpers.refusals import refused
 
@@ -223,3 +223,8 @@ def test_a_column_with_the_name_of_a_further_output_is_not_overwritten(name, oth
     frame = FRAME.assign(**{name: FRAME["size"] + FRAME["cost"]})
     table = read_table(frame, Formulation(objectives=["cost", other or name]))
     refused(f"{name!r}.*rename", average_repeats, table, "variant")
+
+
+def test_a_repeated_test_of_an_optimal_design_is_not_dominated():
+    table = TestTable.of([1, 2, 3], [[0.1], [0.2], [0.1]], [[1, 2], [2, 1], [1, 2]])
+    assert counts_sentence(table) == "3 tests; none of them is dominated."

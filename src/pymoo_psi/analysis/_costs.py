@@ -167,8 +167,9 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     else:
         facts = [f"{size}{failed}"]
     if n_within > 1:
-        n_optimal = int(table.feasible_ranking().pareto.sum())
-        if n_optimal == n_within:
+        is_optimal = table.feasible_ranking().pareto  # of repeated tests the first ones
+        n_optimal = int(is_optimal.sum())
+        if is_optimal.all():
             facts.append("none of them is dominated")
         else:
             facts.append(f"{number(n_optimal)} of them {_are(n_optimal)} not dominated")

@@ -192,7 +192,11 @@ class Preferences(Shown):
 
     @property
     def regret(self) -> float:
-        """The expected regret of the proposal; 1 is that of the average distance."""
+        """The expected regret of the proposal; 1 is that of the average distance.
+
+        It is more than 1 if no weights explain the answers: the design that they prefer is farther
+        from the best values than an average one.
+        """
         return max(1 - self._proposed()[1], 0.0)
 
     @property
@@ -300,7 +304,7 @@ class Preferences(Shown):
         sentences = []
         for one, relation, other in self._answers:
             pair = compare_designs(ranking, rows=[other, one])
-            if relation in _TRADES and pair.gains.any():
+            if relation in _TRADES and pair.gains.min() < 0 < pair.gains.max():
                 with decimal_mark(self.decimal):
                     better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
