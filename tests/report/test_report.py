@@ -394,6 +394,19 @@ def test_rows_of_two_files_are_not_the_same_designs():
     assert [row.split("|")[-1].strip() for row in rows] == ["proposed", "", "present design"]
 
 
+@undrawn
+@pytest.mark.parametrize("label", ["place", "status"])
+def test_headings_and_designs_can_have_any_name(label):
+    x = np.linspace(0, 1, 40)
+    names = ["design", *map("n{}".format, range(39))]
+    table = read_table(pd.DataFrame({label: names, "a": x, "b": (1 - x) ** 2}))
+    sections = Reader(decision_report(table)).sections
+    rows = [row.split(" | ") for row in sections["The first 20 of 40 designs"]]
+    assert [row[0] for row in rows if row[-1] != "status"] == [*map(str, range(1, 21))]
+    heads = {row.split(" | ")[0] for row in sections["Representatives"]}
+    assert heads >= {"design", "place", "stands for", "a", "b"}
+
+
 DATE = '<span class="date"><span class="rule"></span><span>date</span><span class="rule"></span></span>'
 
 

@@ -44,6 +44,8 @@ for weight in ("regular", "bold"):
     fontManager.addfont(Path(__file__).with_name(f"inter-{weight}.ttf"))
 
 Style: TypeAlias = dict[str, Any]
+_Place: TypeAlias = tuple[float, Bbox, Line | None]
+"""The place of a name: its cost in points of distance, its box, and the line to it from afar."""
 
 ACCENT = "#0B5CAD"
 INK = "#1A1A1A"
@@ -287,16 +289,14 @@ def stack_pairs(figure: Drawing, names: Sequence[str]) -> None:
     """
     grid: Any = figure.axes[0].get_gridspec()
     is_shared = list(names) == list(names[: grid.ncols]) * grid.nrows
-    n_axes = grid.nrows
-    if is_shared:
-        n_axes = 1
-    for k, ax in enumerate(figure.axes):
-        is_last = not is_shared or k >= len(names) - grid.ncols
+    n_axes = 1 if is_shared else grid.nrows
+    for ax in figure.axes:
+        place: Any = ax.get_subplotspec()
+        is_last = not is_shared or place.is_last_row()
         ax.tick_params(labelbottom=is_last)
         ax.xaxis.label.set_visible(is_last)
-        for text in ax.texts:
-            if getattr(text, "xycoords", "") == ABOVE:
-                text.set_visible(not is_shared or k < grid.ncols)
+        for text in _texts_above(ax):
+            text.set_visible(not is_shared or place.is_first_row())
     for ax in figure.axes:
         head_axes(ax)
     height = _PANEL
@@ -323,23 +323,21 @@ def name_axis(
     axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
     grid: Any = axes.get_gridspec()
-    width = figure.get_figwidth() * 72 / grid.ncols
-    room = width - _TICKS_WIDTH
+    room = figure.get_figwidth() * 72 / grid.ncols - _TICKS_WIDTH
     n_ticks = int(np.clip(room // _TICK_WIDTH, 1, _MOST_TICKS))
     least_ticks = 2
-    if letter == "y":
+    if letter == "y":  # its name is above the axes, its ticks are above one another
         head_axes(axes)
-        room = width - _TICKS_WIDTH / 2
+        room += _TICKS_WIDTH / 2
         n_ticks = _MOST_TICKS - 1
         least_ticks = _LEAST_TICKS
     if label:
-        text = _BETTER[sign]
-        axis.set_label_text(text.format(literal(label)))
-        if _width(axis.label) > room:
-            text = _ARROWS[letter][sign]
+        for text in (_BETTER[sign], _ARROWS[letter][sign]):
             axis.set_label_text(text.format(literal(label)))
-        share = room / _width(axis.label)
-        if share < 1:
+            share = room * figure.dpi / 72 / extent(axis.label).width
+            if share >= 1:
+                break
+        else:
             axis.set_label_text(text.format(literal(label, int(share * len(label[:40])) - 2)))
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
@@ -355,12 +353,6 @@ def name_axis(
         axis.set_major_formatter(_Ticks())
     else:
         axis.get_major_locator().set_params(numticks=n_ticks + 1)
-
-
-def _width(text: Text) -> float:
-    """Return the width of a text in points."""
-    figure: Any = text.figure
-    return float(extent(text).width * 72 / figure.dpi)
 
 
 def extent(text: Text) -> Bbox:
@@ -379,13 +371,17 @@ def head_axes(axes: Axes) -> None:
     place: Any = axes.get_subplotspec()
     for ax in axes.figure.axes:
         beside: Any = ax.get_subplotspec()
-        for text in ax.texts:
-            is_above = getattr(text, "xycoords", "") == ABOVE and text.get_visible()
-            if is_above and beside.rowspan == place.rowspan:
-                above = _BESIDE + _LINE
+        is_beside = beside.rowspan == place.rowspan
+        if is_beside and any(text.get_visible() for text in _texts_above(ax)):
+            above = _BESIDE + _LINE
     shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
     axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
     axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
+
+
+def _texts_above(axes: Axes) -> list[Text]:
+    """Return the names above axes, such as those of limits."""
+    return [text for text in axes.texts if getattr(text, "xycoords", "") == ABOVE]
 
 
 class _Ticks(Formatter):
@@ -510,16 +506,11 @@ def _place(
     """
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
-    lines = []
-    for line in axes.lines:
-        if line.get_linestyle() != "None":
-            lines.append(line.get_transform().transform_path(line.get_path()))
-    own = [name for name, *_ in names]
-    boxes = [extent(text) for text in axes.texts if text.get_visible() and text not in own]
-    best: dict[int, tuple[float, Bbox, Line | None]] = {}
+    lines, boxes = _obstacles(axes, [name for name, *_ in names])
+    best: dict[int, _Place] = {}
     for turn in (-1, 0):
         for name, texts, row in names:
-            if row in best and len(texts) == 1:
+            if turn == 0 and len(texts) == 1:
                 continue
             others = [best[other] for other in best.keys() - {row}]
             taken = boxes + [box.padded(_GAP * point, 0) for _, box, _ in others]
@@ -527,7 +518,7 @@ def _place(
             name.set_visible(True)  # an invisible one has no size
             name.set_text(texts[turn])
             place = _best_place(axes, dots, row, extent(name), crossed, taken)
-            if row not in best or place[0] < _BAD:
+            if turn == -1 or place[0] < _BAD:
                 best[row] = place
             else:
                 name.set_text(texts[-1])
@@ -540,10 +531,20 @@ def _place(
             name.xyann = tuple((box.p0 - dots[row]) / point + 1)
 
 
+def _obstacles(axes: Axes, names: Sequence[Annotation]) -> tuple[list[Line], list[Bbox]]:
+    """Return what names avoid, in pixels: the lines, and the boxes of other texts."""
+    lines = []
+    for line in axes.lines:
+        if line.get_linestyle() != "None":
+            lines.append(line.get_transform().transform_path(line.get_path()))
+    boxes = [extent(text) for text in axes.texts if text.get_visible() and text not in names]
+    return lines, boxes
+
+
 def _best_place(
     axes: Axes, dots: Array, row: int, text: Bbox, lines: Sequence[Line], taken: Sequence[Bbox]
-) -> tuple[float, Bbox, Line | None]:
-    """Return the best place of a text near its dot.
+) -> _Place:
+    """Return the best place of a text near its dot, whose cost is infinite if there is no room.
 
     Args:
         axes: The axes.
@@ -552,33 +553,27 @@ def _best_place(
         text: A box of the size of the text.
         lines: Lines, which texts avoid.
         taken: Boxes of other texts.
-
-    Returns:
-        Its cost in points of distance, infinite if there is no room; its box; and the line that
-        leads from the dot to the text, if they are far from each other.
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
     others = np.delete(dots, row, axis=0)
-    best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
+    best: _Place = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
-        if best[0] < reach:
+        if best[0] < reach:  # whatever is farther costs more
             break
         low = dots[row] + reach * point * side[:2] - side[2:] * size
         box = Bbox([low, low + size])
         is_inside = np.all([box.min > axes.bbox.min, box.max < axes.bbox.max])
         if not is_inside or any(other.overlaps(box) for other in taken):
             continue
-        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
         clear = box.padded(_CLEAR * point)
         n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
+        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
         leader = None
         if reach > _NEAR:
-            way = (box.p0 + box.p1) / 2 - dots[row]
-            leader = Line([dots[row], dots[row] + way])
+            leader = Line([dots[row], (box.p0 + box.p1) / 2])
             n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
-            share = np.clip((others - dots[row]) @ way / (way @ way), 0.0, 1.0)
-            gaps = np.minimum(gaps, np.hypot(*(others - dots[row] - share[:, None] * way).T))
+            gaps = np.minimum(gaps, _distances(others, leader))
         elif (gaps < reach * point).any():  # it would name the nearest dot
             n_bad += 1
         n_bad += int(np.sum(gaps < _MARK * point))
@@ -586,6 +581,15 @@ def _best_place(
         if cost < best[0]:
             best = (cost, box, leader)
     return best
+
+
+def _distances(dots: Array, line: Line) -> Array:
+    """Return how far ``(n, 2)`` dots are from a straight line between two points."""
+    start, end = np.asarray(line.vertices, float)
+    way = end - start
+    shares = np.clip((dots - start) @ way / (way @ way), 0.0, 1.0)
+    gaps: Array = np.hypot(*(dots - start - shares[:, None] * way).T)
+    return gaps
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -761,22 +765,19 @@ def save_figures(
     if isinstance(figures, Mapping):
         figures = figures.items()
     for name, figure in figures:
-        picture = BytesIO()
         if width is not None:
             figure = copy.deepcopy(figure)
             if isinstance(figure, Drawing):
                 figure.resize(width)
             else:
-                figure.set_size_inches(width / 25.4, figure.get_figheight())
+                figure.set_figwidth(width / 25.4)
+        picture = BytesIO()
         with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
             figure.savefig(picture, format=suffix[1:], dpi=dpi)
-        path = Path(folder, f"{name}{suffix}")
-        paths.append(path)
-        contents[path] = picture.getvalue()
-        caption = getattr(figure, "caption", "")
-        if caption:
-            lines = fill(caption, 100)
-            contents[Path(folder, f"{name}.txt")] = f"{lines}\n".encode()
+        paths.append(Path(folder, f"{name}{suffix}"))
+        contents[paths[-1]] = picture.getvalue()
+        if isinstance(figure, Drawing) and figure.caption:
+            contents[Path(folder, f"{name}.txt")] = f"{fill(figure.caption, 100)}\n".encode()
     for path, content in contents.items():
         with whole_file(path) as temporary:
             temporary.write_bytes(content)

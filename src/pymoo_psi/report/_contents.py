@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import ROUND_CEILING, Context
 from typing import Any
@@ -21,7 +21,7 @@ import pandas as pd
 from pymoo_psi import plots
 from pymoo_psi._numbers import number, percent, percents
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Values, counted
+from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.analysis import (
     alike,
     beyond_limits,
@@ -30,7 +30,6 @@ from pymoo_psi.analysis import (
     convergence,
     convergence_sentence,
     is_best,
-    latest_positions,
     limit_words,
     positions_frame,
     ranking_without_limits,
@@ -99,12 +98,6 @@ class Choice:
 
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
-        self.formats = {}
-        beside = [table.take(~table.feasible() & ~table.failed())]
-        if prototype is not None:
-            beside.append(prototype)
-        for name, number_format in number_formats(table, *beside).items():
-            self.formats[name] = replace(number_format, minus="−")
         self.ranking = table.feasible_ranking()
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
@@ -115,19 +108,24 @@ class Choice:
             self.word, self.noun = "chosen", "choice"
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
-        self._beside: list[tuple[str, TestTable]] = []
-        if not self.is_optimum:
-            self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
-        self._existing: Values = {}
-        if prototype is not None:
-            self._beside.append(("present design", prototype))
-            self._existing = dict(zip(prototype.names, prototype.F.tolist(), strict=True))
         self.explanation = explain(self.ranking, row=self.row)
+        self._cautions = cautions(self.ranking)
         subject = "Attention"
+        self._beside: list[tuple[str, TestTable]] = []
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the proposal"
-        self._cautions = cautions(self.ranking)
+            self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
         self.cautions = tuple(f"{subject}: {caution}" for caution in self._cautions)
+        written = [table.take(~table.feasible() & ~table.failed())]
+        # By name and values, as the rows of two files have the same names.
+        self._existing: list[Any] = []
+        if prototype is not None:
+            written.append(prototype)
+            self._beside.append(("present design", prototype))
+            self._existing = [*zip(prototype.names, prototype.F.tolist(), strict=True)]
+        self.formats = {}
+        for name, number_format in number_formats(table, *written).items():
+            self.formats[name] = replace(number_format, minus="−")
 
     # The first sentences
 
@@ -169,25 +167,24 @@ class Choice:
         rows = []
         for j, name in enumerate(objectives.names):
             values = objectives.values[:, j]
-            ends = (self.ranking.nadir[j], self.ranking.ideal[j])
-            front, is_log = plots.places_between(values[self.ranking.pareto], *ends)
-            ticks = np.unique(np.round(_TICKS * np.clip(front, 0.0, 1.0)).astype(int))
-            marked = [values[[self.row]]]
+            marks = [values[self.row]]
             for _, designs in self._beside:
-                marked.append(designs.column(name).astype(float))
-            marks = np.concatenate(marked)
-            places, _ = plots.places_between(marks, *ends)
+                marks += designs.column(name).astype(float).tolist()
+            ends = (self.ranking.nadir[j], self.ranking.ideal[j])
+            shown = [*marks, *values[self.ranking.pareto]]
+            places, is_log = plots.places_between(shown, *ends)
             write = self.formats[name].text
-            ticks = ticks[ticks != np.round(_TICKS * places[0])]  # the dot stands there
-            (value, place), *others = zip(map(write, marks), places.tolist(), strict=True)
-            hint = "less is better"
-            if objectives.sign[j] < 0:
-                hint = "more is better"
+            (value, place), *others = zip(map(write, marks), places.tolist(), strict=False)
+            hint = "more is better" if objectives.sign[j] < 0 else "less is better"
             if is_log:
                 hint += ", log axis"
             behind = percent(self.explanation.shares[j])
             if not within_range(self.explanation.shares[j]):
                 behind = self.amount(name, self.explanation.behind[j])
+            error = ""
+            if has_errors(self.table):
+                of_design = self.table.column(error_column(name))[self.ranking.rows[self.row]]
+                error = f"±\N{NO-BREAK SPACE}{number(of_design, 2)}"
             row = {
                 "name": name,
                 "unit": objectives.units.get(name, ""),
@@ -197,13 +194,10 @@ class Choice:
                 "best": write(ends[1]),
                 "behind": behind,
                 "place": place,
-                "ticks": "".join(f"M{tick} 0v10" for tick in ticks),
+                "ticks": _ticks(places[len(marks) :], place),
                 "others": others,
-                "error": "",
+                "error": error,
             }
-            if has_errors(self.table):
-                error = self.table.column(error_column(name))[self.ranking.rows[self.row]]
-                row["error"] = f"±\N{NO-BREAK SPACE}{number(error, 2)}"
             rows.append(row)
         return rows
 
@@ -231,25 +225,22 @@ class Choice:
     def positions(self) -> Iterator[Values]:
         """Yield what each person holds, and what the design costs them."""
         table = self.table
-        latest = latest_positions(table.decision.positions)
-        if not latest:
+        if not table.decision.positions:
             return
         free = ranking_without_limits(table)
         rows = rows_by_name(table, free)
         records: Any = positions_frame(table).to_dict("records")
         for record in records:
             name = record["choice"]
-            text = "Not among the designs."
-            if name == "none":
-                text = "No choice."
-            elif name in rows and rows[name] == rows[self.name]:
+            if name not in rows:
+                text = "No choice." if name == "none" else "Not among the designs."
+            elif rows[name] == rows[self.name]:
                 text = f"The {self.noun}."
-            elif name in rows:
+            else:
                 pair = compare_designs(free, rows=[rows[name], rows[self.name]])
-                gains = zip(free.objectives.names, pair.gains[1], strict=True)
-                better = [objective for objective, gain in gains if gain > 0]
                 costs = _few(pair.losses(1) or ["nothing is worse"])
-                text = f"The {self.noun}: {costs}; better in {_few(better or ['nothing'])}."
+                names = np.array(free.objectives.names)[pair.gains[1] > 0].tolist()
+                text = f"The {self.noun}: {costs}; better in {_few(names or ['nothing'])}."
             beyond: list[str] = []
             if name in table.names:
                 beyond = [*beyond_limits(table, table.names.index(name)).values()]
@@ -295,24 +286,23 @@ class Choice:
         rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
         n = len(order) + len(rejected)
         n_listed = n if n <= _DESIGNS else _LISTED
+        places = [str(place or "–") for place in self.ranking.place[order].tolist()]
+        places += ["–"] * len(rejected)
         rows = np.append(self.ranking.rows[order], rejected)[:n_listed]
         designs = self.table.take(rows)
-        places = np.append(self.ranking.place[order], np.zeros_like(rejected))[:n_listed]
-        columns = {
-            "place": np.where(places > 0, places.astype(str), "–"),
-            schema.label or schema.words["row"]: designs.names,
-        }
+        columns: list[tuple[str, Sequence[str]]] = [("place", places[:n_listed])]
+        columns.append((schema.label or schema.words["row"], designs.names))
         for name, maximized in zip(schema.objectives, schema.sign < 0, strict=True):
             arrow = "↑" if maximized else "↓"
             heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
-            columns[heading] = list(map(self.formats[name].text, designs.column(name)))
-        columns["status"] = list(map(self._status, rows.tolist()))
+            columns.append((heading, list(map(self.formats[name].text, designs.column(name)))))
+        columns.append(("status", list(map(self._status, rows.tolist()))))
         title = f"All {n} designs"
         if n == 1:
             title = "The design"
         elif n > n_listed:
             title = f"The first {n_listed} of {counted(n, 'design')}"
-        return pd.DataFrame(columns), title
+        return _frame(columns), title
 
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
@@ -323,8 +313,7 @@ class Choice:
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word
-        # By name and values, as the rows of two files have the same names.
-        if self._existing.get(self.table.names[row]) == self.table.F[row].tolist():
+        if (self.table.names[row], self.table.F[row].tolist()) in self._existing:
             return "present design"
         if self.ranking.pareto[ranked]:
             return ""
@@ -352,12 +341,13 @@ class Choice:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         objectives = self.ranking.objectives
-        columns = {"design": ["place", "stands for", *objectives.headings()]}
+        columns: list[tuple[str, Sequence[str]]] = []
+        columns.append(("design", ["place", "stands for", *objectives.headings()]))
         for row, share in zip(few.rows.tolist(), percents(few.shares), strict=True):
             values = zip(objectives.names, objectives.values[row], strict=True)
             texts = [self.formats[name].text(value) for name, value in values]
             place = str(self.ranking.place[row])
-            columns[self.ranking.name_of(row)] = [place, share, *texts]
+            columns.append((self.ranking.name_of(row), [place, share, *texts]))
         n = counted(self.ranking.pareto.sum(), "design")
         up = Context(prec=3, rounding=ROUND_CEILING)
         radius = float(up.create_decimal(f"{few.radius:.12g}"))  # but for rounding errors
@@ -365,7 +355,20 @@ class Choice:
             f"{len(few.rows)} designs represent the {n} that no other dominates. Each stands for "
             f"those nearest to it, none farther than {number(radius, 3)}."
         )
-        return pd.DataFrame(columns), caption
+        return _frame(columns), caption
+
+
+def _frame(columns: list[tuple[str, Sequence[str]]]) -> pd.DataFrame:
+    """Return a frame of columns, some of which may have the same heading."""
+    headings, texts = zip(*columns, strict=True)
+    return pd.DataFrame(dict(enumerate(texts))).set_axis(headings, axis="columns")
+
+
+def _ticks(places: Array, marked: float) -> str:
+    """Return the ticks at places on an axis as a path of SVG, without that at a marked place."""
+    ticks = {*np.round(_TICKS * np.clip(places, 0.0, 1.0)).astype(int).tolist()}
+    ticks.discard(round(_TICKS * marked))
+    return "".join(f"M{tick} 0v10" for tick in sorted(ticks))
 
 
 def _few(texts: list[str]) -> str:

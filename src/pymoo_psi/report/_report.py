@@ -17,10 +17,8 @@ from pymoo_psi.analysis import (
     counts_sentence,
     decision_sentences,
     failure_sentences,
-    latest_positions,
     none_left_reason,
     separation_sentences,
-    within_limits,
 )
 from pymoo_psi.files import read_table
 from pymoo_psi.page import existing_designs, fonts
@@ -91,7 +89,6 @@ class DecisionReport(Document):
         )
         filters = {"grid": _contents.grid, "image": _contents.image, "percent": percent}
         environment.filters |= filters
-        decision = table.decision
         choice = self._choice
         weights = ""
         chance: list[str] = []
@@ -113,11 +110,9 @@ class DecisionReport(Document):
                 regret="".join(separation_sentences(table)[:1]),
                 decided=decision_sentences(table),
                 failures=failure_sentences(table),
-                names=[position["name"] for position in latest_positions(decision.positions)],
                 counts=counts_sentence(table),
                 none_left=none_left_reason,
                 version=__version__,
-                within=within_limits(table),
                 counted=counted,
                 number=number,
                 plots=plots,
