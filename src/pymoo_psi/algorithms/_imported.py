@@ -17,7 +17,6 @@ from pymoo_psi._names import named_as
 from pymoo_psi._validation import Columns, Integers, Mask, Received, Rows, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
@@ -88,7 +87,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     if not model.noisy:
         _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
-    store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    store = StudyStore(model, options, lambda: identity)
     results |= _with_all_digits(model, results, store.study.contents()[1])
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)

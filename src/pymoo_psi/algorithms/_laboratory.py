@@ -30,7 +30,6 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._model import Model, with_options
-from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import RunOptions, unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import is_blank, source_columns
@@ -174,7 +173,7 @@ def ask_tests(
     def identity() -> str:
         return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
 
-    store = StudyStore(table_of_run(model, options, identity), options, model)
+    store = StudyStore(model, options, identity)
     with store.writing():
         with store.study.reading() as database:
             laboratory = _Laboratory(database)

@@ -14,7 +14,7 @@ from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._run import Run, table_of_run
+from pymoo_psi.algorithms._run import Run
 from pymoo_psi.algorithms._sources import ByName, PlannedPoints, Points, Retry, RunOptions
 from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
@@ -134,9 +134,10 @@ class Recorded(WithTable, WrappedProblem):
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
-        table = table_of_run(self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)")
         # Tests are found by their designs; only designs without one become points.
-        self._store = StudyStore(table, options, self._model, recalls=False)
+        self._store = StudyStore(
+            self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)", recalls=False
+        )
         self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
         self.returned: set[int] = set()

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import time
-import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -25,7 +24,6 @@ from pymoo_psi._validation import (
     Numbers,
     Received,
     Values,
-    identity_text,
     integer,
     invalid,
 )
@@ -40,7 +38,7 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.problems import problem_identity, require_no_permutation
+from pymoo_psi.problems import require_no_permutation
 from pymoo_psi.study import LAST, further_tests
 from pymoo_psi.table import Decision, TestTable
 
@@ -92,7 +90,7 @@ class Ledger:
         """Add points, numbered above all earlier ones."""
         planned = Ledger(points)
         self.points = self.points.joined(points)
-        self.stages = np.concatenate([self.stages, planned.stages])
+        self.stages = np.append(self.stages, planned.stages)
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
@@ -466,17 +464,20 @@ def run_of_sequence(
         raise invalid(
             "more", "used with a sequence that can be continued", Received(sampling._name())
         )
-    n_sampled = min(n_points, n_first or n_points)
-    table = table_of_run(
-        model, options, lambda: sampling.identity(n_sampled, options.seed) + method
-    )
-    store = Store(table)
+    most = n_first or LAST
+
+    def identity() -> str:
+        return sampling.identity(min(n_points, most), options.seed) + method
+
+    kind = Store
     if options.study is not None:
-        store = StudyStore(table, options, model)
+        kind = StudyStore
+    store = kind(model, options, identity)
+    n_all = n_points
     if options.more:
-        n_points = store.total(n_points)
-    points = unit_points(options, min(n_points, n_first or n_points), n_dim)
-    store.plan(n_points)
+        n_all = store.total(n_points)
+    points = unit_points(options, min(n_all, most), n_dim)
+    store.plan(n_all)
     known = None
     # Workers evaluate points of which this process sees only the tests.
     is_here = model.problem.elementwise or options.runner is None
@@ -485,13 +486,13 @@ def run_of_sequence(
     if options.study is not None or known is not None:
         options = replace(options, keep="all")
     executor = Executor(model, options, known)
-    continued = None
-    if sampling.extendable and options.share is None:
-        continued = partial(unit_points, options, n_dim=n_dim)
-    source: Source = PlannedPoints(points, continued)
     if source_of is not None:
-        source = source_of(points, n_points, model, executor, store)
-    return Run(model, source, executor, store, n_points)
+        source = source_of(points, n_all, model, executor, store)
+    elif sampling.extendable and options.share is None:
+        source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
+    else:
+        source = PlannedPoints(points)
+    return Run(model, source, executor, store, n_all)
 
 
 def repeated_tests(
@@ -524,38 +525,6 @@ def repeated_tests(
         tests = tested(run)
         table = table.extended(renumbered(tests, tests.numbers + table.numbers.max()))
     return first, table
-
-
-def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:
-    """Return the table of a run without tests, with what makes its tests belong together.
-
-    Args:
-        model: The model.
-        options: The options of the run.
-        sampling: Returns what the study calls the origin of the points.
-
-    Raises:
-        PsiError: A file cannot hold the identity, and a study or a share needs it.
-    """
-    table = TestTable.empty(model.schema)
-    try:
-        others: list[str] = []
-        identity = problem_identity(model.problem, others)
-        if others and options.study is not None:
-            warnings.warn(
-                f"the study does not compare what the problem's {', '.join(others)} is made of; "
-                "give a study_key, or the problem a method fingerprint()",
-                stacklevel=2,
-            )
-        if model.program is not None:  # it completes stored tests by other expressions
-            identity.pop("expressions", None)
-        text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
-    except PsiError:
-        # Shares must be of the same points, whether they are stored or not.
-        if options.study is not None or options.part.of > 1:
-            raise
-        return table
-    return replace(table, problem=json.loads(text))
 
 
 def by_number(tables: Sequence[TestTable]) -> TestTable:

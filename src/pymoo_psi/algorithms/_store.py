@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import threading
 import time
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from typing import Any
@@ -15,12 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, option_text
-from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, identity_text, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._sources import Points, RunOptions
-from pymoo_psi.errors import StudyAccessError
+from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.files import stored_tests, table_with, tests_that_ran
-from pymoo_psi.problems import layers, requirement_texts
+from pymoo_psi.problems import layers, problem_identity, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
     OUTPUT,
@@ -46,10 +48,13 @@ class Store:
     The tests of a run are numbered by their test points here and in the run; see :meth:`numbered`.
 
     Args:
-        table: A table without tests: the columns that the problem promises.
+        model: The model of the run.
+        options: The options of the run.
+        sampling: Returns what a study calls the origin of the points.
 
     Attributes:
-        empty: This table.
+        empty: A table without tests: the columns that the problem promises, and what makes its
+            tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
         n_planned: How many points earlier calls have planned for the run.
@@ -58,8 +63,8 @@ class Store:
     advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
     n_planned = 0
 
-    def __init__(self, table: TestTable) -> None:
-        self.empty = table
+    def __init__(self, model: Model, options: RunOptions, sampling: Callable[[], str]) -> None:
+        self.empty = _table_of_run(model, options, sampling)
         self.origin = ""
 
     def writing(self) -> AbstractContextManager[None]:
@@ -120,10 +125,9 @@ class StudyStore(Store):
     """A store that keeps tests in a study.
 
     Args:
-        table: A table without tests: the columns that the problem promises, and what makes its
-            tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
-        options: The options of the run.
         model: The model of the run.
+        options: The options of the run.
+        sampling: Returns the origin of the points.
         recalls: Whether the points of a run may have tests already.
 
     Attributes:
@@ -137,13 +141,13 @@ class StudyStore(Store):
 
     def __init__(
         self,
-        table: TestTable,
-        options: RunOptions,
         model: Model,
+        options: RunOptions,
+        sampling: Callable[[], str],
         *,
         recalls: bool = True,
     ) -> None:
-        super().__init__(table)
+        super().__init__(model, options, sampling)
         self._recalls = recalls
         self._model = model
         self._options = options
@@ -151,13 +155,13 @@ class StudyStore(Store):
         self._n_requests: int | None = None
         self._next_look = 0.0  # the time at which requests are read again
         self.study = _study_of(options)
-        sampling = str((table.problem or {})["sampling"])
+        points = str((self.empty.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
-        self.origin = sampling.partition(" from ")[0]
+        self.origin = points.partition(" from ")[0]
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
-        head = _head_of_run(table, model)
+        head = _head_of_run(self.empty, model)
         share = options.part if options.part.of > 1 else None
-        identity = _identity_of_run(head, sampling, model)
+        identity = _identity_of_run(head, points, model)
         facts, run = self.study.begin(head, identity, share, model.completed)
         model.awaited.difference_update(facts.head["outputs"])
         self.run = run.number
@@ -400,6 +404,38 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
     if only:
         identity["only"] = only
     return identity
+
+
+def _table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:
+    """Return the table of a run without tests, with what makes its tests belong together.
+
+    Args:
+        model: The model.
+        options: The options of the run.
+        sampling: Returns what the study calls the origin of the points.
+
+    Raises:
+        PsiError: A file cannot hold the identity, and a study or a share needs it.
+    """
+    table = TestTable.empty(model.schema)
+    try:
+        others: list[str] = []
+        identity = problem_identity(model.problem, others)
+        if others and options.study is not None:
+            warnings.warn(
+                f"the study does not compare what the problem's {', '.join(others)} is made of; "
+                "give a study_key, or the problem a method fingerprint()",
+                stacklevel=2,
+            )
+        if model.program is not None:  # it completes stored tests by other expressions
+            identity.pop("expressions", None)
+        text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
+    except PsiError:
+        # Shares must be of the same points, whether they are stored or not.
+        if options.study is not None or options.part.of > 1:
+            raise
+        return table
+    return replace(table, problem=json.loads(text))
 
 
 # Columns of a study that a table of a single run does not have.
