@@ -277,21 +277,14 @@ class Database:
         require_other_names(head)
         self.head = {**head, **{side: None for side in ("lower", "upper") if side in head}}
         self._set("head", self.head)
-        # A column keeps its name in SQL, whatever the order of a later head is.
-        names: dict[str, str] = self.get("columns")
-        taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, names.values())}
-        added = [name for name in columns_of_head(head) if name not in names]
-        for name in added:
-            names[name] = name
-            while names[name].lower() in taken:  # SQL takes "a" and "A" for one name
-                names[name] += "_"
-            taken.add(names[name].lower())
+        stored = self.get("columns")
+        names = _with_names_in_sql(stored, columns_of_head(head))
         self._set("columns", names)
         self._columns = _columns_in_sql(self.head, names)
         self._drop_block()
-        for name in added:
-            sql, kind = self._columns[name]
-            self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
+        for name, (sql, kind) in self._columns.items():
+            if name not in stored:
+                self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
@@ -468,6 +461,19 @@ class Database:
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
         return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
+
+
+def _with_names_in_sql(names: Mapping[str, str], columns: Sequence[str]) -> dict[str, str]:
+    """Return the names in SQL of columns, which they keep whatever the order of a later head is."""
+    names = dict(names)
+    taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, names.values())}
+    for column in columns:
+        if column not in names:
+            names[column] = column
+            while names[column].lower() in taken:  # SQL takes "a" and "A" for one name
+                names[column] += "_"
+            taken.add(names[column].lower())
+    return names
 
 
 def _columns_in_sql(head: Head, names: Mapping[str, str]) -> dict[str, tuple[str, Kind]]:

@@ -35,7 +35,7 @@ import json
 import os
 import sqlite3
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager
 from glob import escape, glob
 from pathlib import Path
@@ -418,31 +418,36 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
     first = Study(files[0]).facts()
     n_shares = 1
-    tests_of_files = []
+    tests_by_file = {}
     points = []
     for file in files:
         with Study(file).reading() as database:
             facts = database.facts
-            tests_of_files.append(database.tests())
+            tests_by_file[file] = database.tests()
             points.append(database.test_points(1, 1))
         _require_same_points(file, facts, files[0], first)
         if facts.share is not None:
             _, n_shares = facts.share
-    is_noisy = first.runs[0].record.get("noisy", False)
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         joined = Database(db, os.fspath(path))
         joined.begin(first.head)
-        joined.add_run(first.runs[0].identity)
-        if first.head["variables"] and not is_noisy:
-            _require_same_results(files, tests_of_files, joined)
-        for file, tests in zip(files, tests_of_files, strict=True):
-            try:
-                joined.append(1, tests, noisy=is_noisy)
-            except ArgumentValueError as error:
-                raise _other_results(file, error) from error
-        joined.number_by_points()
+        _join(joined, first.runs[0], tests_by_file)
         missing = _missing(n_shares, np.unique(np.concatenate(points)))
         return first._replace(head=joined.facts.head), joined.tests(), missing
+
+
+def _join(joined: Database, run: StudyRun, tests_by_file: Mapping[str, Columns]) -> None:
+    """Write the tests of shares of a run into a study without tests, numbered by their points."""
+    is_noisy = run.record.get("noisy", False)
+    joined.add_run(run.identity)
+    if joined.head["variables"] and not is_noisy:
+        _require_same_results(tests_by_file, joined)
+    for file, tests in tests_by_file.items():
+        try:
+            joined.append(1, tests, noisy=is_noisy)
+        except ArgumentValueError as error:
+            raise _other_results(file, error) from error
+    joined.number_by_points()
 
 
 def _require_same_points(file: str, facts: Facts, first_file: str, first: Facts) -> None:
@@ -457,20 +462,17 @@ def _require_same_points(file: str, facts: Facts, first_file: str, first: Facts)
             )
 
 
-def _require_same_results(
-    files: Sequence[str], tests_of_files: Sequence[Columns], joined: Database
-) -> None:
+def _require_same_results(tests_by_file: Mapping[str, Columns], joined: Database) -> None:
     """Refuse shares whose results for the same design differ by more than rounding.
 
     Args:
-        files: The files of the shares.
-        tests_of_files: Their tests.
+        tests_by_file: The tests of the shares.
         joined: The study of all shares, which knows the keys of designs.
     """
     names = joined.head["objectives"]
     largest = np.zeros(len(names))
     results: dict[str | None, Array] = {}
-    for file, tests in zip(files, tests_of_files, strict=True):
+    for file, tests in tests_by_file.items():
         F = np.column_stack([tests[name] for name in names])
         np.maximum(largest, np.abs(F).max(axis=0, initial=0, where=np.isfinite(F)), out=largest)
         for test, key, row in zip(tests["test"], joined.keys(tests), F, strict=True):
