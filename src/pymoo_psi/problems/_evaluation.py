@@ -141,7 +141,7 @@ class CheckedFunction:
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, *, seeded: bool = False) -> None:
         self.seeded = seeded
-        self.wrappers = []
+        self.wrappers: list[WrappedProblem] = []
         while changes_designs_only(problem):
             self.wrappers.append(problem)
             problem = problem.wrapped

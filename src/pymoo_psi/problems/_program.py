@@ -178,11 +178,7 @@ class ProgramProblem(ElementwiseProblem):
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
         if program is not None:
-            self.program: Program = section("program", Program, program)
-            self._listing: Output = section("program: error", Output, self.program.error)
-            self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
-            self._check_files()
-            self._check_placeholders()
+            self._prepare(program)
 
         limit_texts = [limit.written(name) for name, limit in self.limits.items()]
         self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
@@ -226,6 +222,14 @@ class ProgramProblem(ElementwiseProblem):
             raise ArgumentValueError(message) from error
 
     # What is checked before any run
+
+    def _prepare(self, program: Entries) -> None:
+        """Read the section of the program, and check it with its files."""
+        self.program: Program = section("program", Program, program)
+        self._listing: Output = section("program: error", Output, self.program.error)
+        self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
+        self._check_files()
+        self._check_placeholders()
 
     def _check_files(self) -> None:
         """Refuse a missing program, template or file, and runs within the template."""
