@@ -57,8 +57,8 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
     design even if the model changes a design, or returns the same array again and again.
 
     Args:
-        problem: A pymoo problem, elementwise or not; a :class:`FailureTolerant` around it, which
-            would give failed designs values, is left out.
+        problem: A pymoo problem, elementwise or not; a :class:`FailureTolerant` gives failed
+            designs values and no reason.
         X: n designs as the problem takes them.
         *args: For the model, as pymoo passes them.
         **kwargs: For the model, as pymoo passes them.
@@ -68,7 +68,6 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
         fail; and further values of the model, NaN or None where it gives none.
     """
-    problem = untolerant(problem)
     if uses_wrapped_values(problem):
         values: Values = problem.values_from(
             X, lambda designs: evaluate_designs(problem.wrapped, designs, *args, **kwargs)
@@ -218,7 +217,8 @@ class CheckedFunction:
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
         reasons = np.full(n, "", dtype=object)
-        if isinstance(self.problem, WrappedProblem):
+        is_tolerant = untolerant(self.problem) is not self.problem
+        if isinstance(self.problem, WrappedProblem) and not is_tolerant:
             stated = np.full(n, raw.get("failure"), dtype=object)
             is_text = [isinstance(reason, str) for reason in stated]
             reasons[is_text] = stated[is_text]

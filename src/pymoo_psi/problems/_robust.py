@@ -36,7 +36,7 @@ from pymoo_psi.problems._design_space import (
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._requirements import requirement_texts, with_requirements
-from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.problems._wrapped import WrappedProblem, untolerant
 from pymoo_psi.sequences import lp_tau
 
 
@@ -220,7 +220,9 @@ class Robust(WrappedProblem):
         outs = []
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            out = evaluate_designs(problem, self.space.designs(rows), *args, **kwargs)
+            # what FailureTolerant gives a failed design does not count
+            model = untolerant(problem)
+            out = evaluate_designs(model, self.space.designs(rows), *args, **kwargs)
             outs.append([out[name] for name in ("F", "G", "H", "failure")])
         F, G, H, failure = map(np.concatenate, zip(*outs, strict=True))
         valid = competes(F, meets_constraints(G, H) & (failure == ""))
