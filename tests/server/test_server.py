@@ -125,9 +125,12 @@ def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noq
         one.page.fill("#steerer", "Anna <i>")
         one.page.click("[name=search]")
         one.page.fill("#more", "8")
-        one.page.click("[name=more]")
+        one.page.focus("[name=more]")
+        for _ in range(3):  # one key that is held
+            one.page.keyboard.down("Enter")
         other.says("Anna <i>: search: f1, f2 within f1<=0.3, f2<=0.8")
         other.says("of 2008 tests")
+        assert other.ask("document.getElementById('steered').textContent").count(": more") == 1
         assert other.ask("document.querySelectorAll('#live i').length") == 0
         other.has(n_paused)
         one.page.click("[name=continue]")

@@ -32,6 +32,8 @@ if (data.live) {
 
   $("live").hidden = false
   $("steering").hidden = !data.live.steer
+  // A key that is held would send thirty requests a second.
+  $("steering").onkeydown = (event) => { if (event.repeat && event.target.name) event.preventDefault() }
   $("steering").onclick = async ({target}) => {
     const action = target.name
     if (!action) return
