@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Decision, explain, rank_of_efficiency
+from pymoo_psi._numbers import percent
 from pymoo_psi.analysis import positions_frame, separation_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
@@ -282,6 +283,25 @@ def test_an_end_of_a_slider_moves_alone(reader):
     assert reader.state["limits"]["mass"] == [limit, limit]
     reader.press("Home")
     assert reader.state["limits"]["mass"] == [None, limit]
+
+
+@pytest.mark.parametrize("limits", [{}, {"mass": [None, 0.8], "material": ["steel"]}])
+def test_rows_and_table_have_the_numbers_of_python(reader, frame, tmp_path, limits):
+    reader.set(limits=limits)
+    table = read_table(frame, Decision.read_json(reader.save(tmp_path / "d.json")))
+    ranking = table.feasible_ranking()
+    order = ranking.by_place[: ranking.pareto.sum()]
+    assert reader.shown[1:] == [ranking.name_of(row) for row in order]
+    best = table.best().F[0] * table.schema.sign
+    cells = reader.page.locator("#objectives .row").locator(".value, .best").all_inner_texts()
+    told = np.reshape([float(cell.replace("\N{MINUS SIGN}", "-")) for cell in cells], (3, 3))
+    expected = np.c_[best, ranking.nadir, ranking.ideal]
+    np.testing.assert_allclose(told, expected, rtol=5e-3, atol=5e-3)
+    notes = [f"rejects {(frame['mass'] > 0.8).sum()} of 400"] if limits else []
+    assert [*filter(None, reader.page.locator("#objectives .note").all_inner_texts())] == notes
+    most = [f"{percent(explain(ranking, row=row).shares.max())} in " for row in order[:3]]
+    lines = reader.page.locator("#table-body tr td:last-child").all_inner_texts()[1:]
+    assert [text in line for text, line in zip(most, lines, strict=False)] == [True] * 3
 
 
 def test_what_is_no_number_is_no_limit(reader):
