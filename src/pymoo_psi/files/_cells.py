@@ -99,9 +99,10 @@ _STATISTIC = re.compile(
     r"\W*",
     re.IGNORECASE,
 )
-_DEVIATION = re.compile(
+# Statistics that may lie beyond the values of which they are one.
+_OUTSIDE = re.compile(
     r"\W*(?:std|(?:std|standard)[. -]*dev(?:iation)?|stdev|standardabweichung|stabw"
-    r"|écart[- ]type|σ)\W*",
+    r"|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
     re.IGNORECASE,
 )
 
@@ -621,7 +622,7 @@ def _computed_rows(
         # A design may be called max, whose numbers are greater than those of others, or std, if it
         # is the standard one, to which others follow.
         is_statistic = _STATISTIC.fullmatch(name) and _is_within_others(numbers, row)
-        if is_statistic or (row > 0 and _DEVIATION.fullmatch(name)):
+        if is_statistic or (row > 0 and _OUTSIDE.fullmatch(name)):
             yield naming, row
 
 

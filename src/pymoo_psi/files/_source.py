@@ -508,10 +508,13 @@ def _claims(
         objectives = [name for name in columns if name in asked]
     variables = variables or numbered[VARIABLE]
     if len(objectives) < (1 if named else 2):
-        others = [name for name in columns if name in (*labels, *variables)]
+        others = []
+        for name, column in columns.items():
+            if name in (*labels, *variables) or column.codes is not None:
+                others.append(name)
         raise UnfitError(
-            "two columns or more must be of numbers, without labels and variables "
-            f"({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
+            "two columns or more must be of numbers, without labels, variables and codes such as "
+            f"01067 ({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
             "to rank by one alone, or by those in parentheses, name them by "
             f"{argument('objectives')}",
         )
