@@ -447,15 +447,16 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if first is None or _NUMBERED.fullmatch(first):
         return best
     column = columns[first]
-    if column.numbers is not None or column.problem or (best and column.codes is not None):
+    texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+    are_names = column.numbers is None and not column.problem and len(texts) == len(column.cells)
+    if not are_names or (best and column.codes is not None):
         return best
-    cells = column.cells
-    if len({cell for cell in cells if isinstance(cell, str) and not is_blank(cell)}) < len(cells):
-        return best
-    if best is None or _word(best) not in _NAMING:
-        return first
-    is_before = [*columns].index(first) < [*columns].index(best)
-    if columns[best].numbers is not None and is_before:
+    names = [*columns]
+    if (
+        best is None
+        or _word(best) not in _NAMING
+        or (columns[best].numbers is not None and names.index(first) < names.index(best))
+    ):
         return first
     return best
 
@@ -779,12 +780,10 @@ def _failures(table: TestTable) -> list[str]:
 
 def _incomplete(cells: Cells, table: TestTable, formulation: Formulation, drop: bool) -> list[str]:
     """Refuse designs that are asked for and lack a finite objective, or return a remark on them."""
-    limits = formulation.combine_first(table.formulation).allowed
     objectives = table.schema.objectives
     lacking = ~np.isfinite([table.data[name] for name in objectives])
-    for name in {*table.data} & {*limits}:
-        limit = limits[name]
-        if limit.texts is not None or name not in table.schema.notes:
+    for name, limit in formulation.combine_first(table.formulation).allowed.items():
+        if name in table.data and (limit.texts is not None or name not in table.schema.notes):
             excess = limit.excess(name, table.data[name])
             lacking &= (excess == 0) | np.isinf(excess)  # an unknown value is not beyond a limit
     rows = np.flatnonzero(lacking.any(axis=0)).tolist()
