@@ -111,6 +111,8 @@ def argument(name: str, value: Any = None) -> str:
     """
     options = _OPTIONS.get()
     if options is None:
+        if name == "objectives":  # an attribute, unlike the others
+            return "Formulation(objectives=...)"
         return f"{name}=" if value is None else f"{name}={value!r}"
     if name not in options:
         return EDIT

@@ -16,7 +16,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi import Decision, Formulation, TestTable, investigate, lp_tau
 from pymoo_psi.analysis import decision_sentences
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.files import read_table
+from pymoo_psi.files import read_table, write_table
 from pymoo_psi.table import Limit, Schema, limits_of
 from tests.helpers.draws import examples
 from tests.helpers.mutations import mutated
@@ -237,7 +237,7 @@ def test_limits_that_could_mean_two_things_are_refused(limits, message):
     ("text", "message"),
     [
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
-        ('{"positions": [{"name": "Ann", "weight": {}}]}', "a position: .*unknown field `weight`"),
+        ('{"positions": [{"name": "Ann", "weight": {}}]}', "a position: .*unknown field `weight`; its entries are name, .* weights"),
         ('{"limits": {"mass": NaN}}', "NaN is no finite number"),
         ('{"page": {"a": -Infinity}}', "-Infinity is no finite number"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
@@ -352,6 +352,9 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
     [
         (lambda: beam_tests().under(Formulation(["mass"], maximize=["gain"])), "maximize must be one of 'mass', got 'gain'; only objectives"),
         (lambda: beam_tests().under(Formulation(computed={"heat": "mass"})), "a name in computed must be unlike other columns, got 'heat'"),
+        (lambda: beam_tests().under(limit={"mass": 1}), "got 'limit'; did you mean 'limits'"),
+        (lambda: Decision("mass<=1"), "formulation must be of type Formulation, got str"),
+        (lambda: write_table("tests.csv", beam_tests()), "table must be of type TestTable, got str"),
         (lambda: beam_tests().under({}), "formulation must be of type Formulation, got dict"),
         (lambda: TWO.under(computed={"loss": "head + 1"}), "must be one of 'f1', 'f2', 'x1', got 'head'"),
         (lambda: TWO.with_notes({"pi": ["A", "B"]}).under(computed={"area": "pi * f1"}), "'pi' holds 'A'"),

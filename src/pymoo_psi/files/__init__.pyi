@@ -8,6 +8,7 @@ from ._source import read_table as read_table
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._cells import UnfitError as UnfitError
 from ._cells import is_blank as is_blank
 from ._format import SourceFile as SourceFile
 from ._formats import STUDY as STUDY

@@ -16,7 +16,7 @@ from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 
-from pymoo_psi._validation import FilePath, Head, invalid
+from pymoo_psi._validation import FilePath, Head, instance, invalid
 from pymoo_psi.files._cells import Cells, UnfitError, cells_of_frame
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.files._tests import StudyFile
@@ -168,4 +168,5 @@ def write_table(table: TestTable, path: FilePath) -> None:
         >>> len(table)
         200
     """
+    instance("table", table, TestTable)
     format_of(path, "tests").save_tests(path, table)

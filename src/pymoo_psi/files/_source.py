@@ -31,9 +31,11 @@ from pymoo_psi._validation import (
     Integers,
     Names,
     Received,
+    collection,
     counted,
     invalid,
-    known_name,
+    known_names,
+    name_list,
     real_array,
     source_type,
 )
@@ -189,8 +191,9 @@ def read_table(
     """
     path = Path(source) if source_type(source) == "file" else None
     asked = decision_of(formulation)
+    skipped = frozenset(collection("skip_rows", skip_rows, "a list of numbers of lines"))
     try:
-        content = _content(source, asked.formulation.units, encoding, frozenset(skip_rows), sheet)
+        content = _content(source, asked.formulation.units, encoding, skipped, sheet)
         is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(path, content[1], content[0].columns)
@@ -519,9 +522,8 @@ def _claims(
             "to rank by one alone, or by those in parentheses, name them by "
             f"{argument('objectives')}",
         )
-    for group, names in (("objectives", objectives), ("variables", variables)):
-        for name in names:
-            known_name(group, name, columns)
+    known_names("objectives", objectives, columns)
+    known_names("variables", variables, columns)
     rules = (  # the first that has a column decides
         (OBJECTIVE, objectives),
         (VARIABLE, variables),
@@ -683,7 +685,8 @@ def _table(
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
     named = formulation.objectives or stated.objectives
-    claims = _claims(columns, formulation, named, variables or stated_variables, labels)
+    variables = tuple(name_list("variables", variables or stated_variables))
+    claims = _claims(columns, formulation, named, variables, labels)
     maximize = {*stated.maximize, *formulation.maximize}
     roles, remarks = _roles(cells, columns, claims, maximize, is_guess=not named)
     data: Columns = {}

@@ -74,6 +74,7 @@ class Decision:
 
     def __post_init__(self) -> None:
         """Check the entries, and take copies."""
+        instance("formulation", self.formulation, Formulation)
         if self.chosen is not None:
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
@@ -275,7 +276,8 @@ def _checked(where: str, entries: Any, kind: Any) -> Values:
     try:
         values: Values = msgspec.to_builtins(msgspec.convert(plain, kind))
     except msgspec.ValidationError as error:
-        raise ArgumentValueError(f"{where}: {error}") from None
+        entries = ", ".join(kind.__struct_fields__)
+        raise ArgumentValueError(f"{where}: {error}; its entries are {entries}") from None
     return values
 
 

@@ -365,8 +365,8 @@ class TestTable(View, Shown):
                 ``under(limits={"mass": 30}, normalize=False)``.
 
         Raises:
-            ArgumentValueError: A column is unknown, or cannot be used as stated.
-            ArgumentTypeError: There is no such attribute, or one has a wrong type.
+            ArgumentValueError: A column or attribute is unknown, or cannot be used as stated.
+            ArgumentTypeError: An attribute has a wrong type.
 
         Example:
             >>> schema = Schema.of(["width"], ["mass"], ["stress"], outputs=["gain"])
@@ -385,6 +385,8 @@ class TestTable(View, Shown):
         if not isinstance(formulation, Decision):
             asked = self.formulation if formulation is None else decision.formulation
             decision = replace(self.decision, formulation=asked)
+        for name in fields:
+            known_name("an argument of under()", name, FormulationFields.__annotations__)
         stated = replace(decision.formulation, **fields)
         own = replace(self.formulation, objectives=self.schema.objectives)
         own = own.with_objectives(stated.objectives or self.evaluated.objectives)
