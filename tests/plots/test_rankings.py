@@ -115,6 +115,9 @@ def test_a_figure_by_fixed_ranges_says_so():
     figure = plot_ranking(table.under(ranges={"cost": (0.5, 4), "mass": (0, 4.25)}).ranking())
     assert "in the fixed range" in figure.caption
     assert rows_of(figure)[1:] == [["cost", "4.0", "0.5", "2.0"], ["mass", "4.25", "0.00", "1.00"]]
+    frame = pd.DataFrame(np.random.default_rng(11).random((40, 2)), columns=["cost", "mass"])
+    worse = plot_ranking(read_table(frame).under(ranges={"cost": (0, 0.05), "mass": (0, 0.1)}))
+    assert_readable(worse)  # lines begin on the left of the worst values
 
 
 def test_more_than_three_decades_have_a_logarithmic_axis():

@@ -98,6 +98,8 @@ _APART = 8.0  # points from the axes to texts
 _LINE = 9.5  # points from a line of text to the one above
 _BELOW = -5.0  # points from a row to the lower line beside it
 _TIE = 1e-9  # places that differ by rounding alone
+_GROUND: Style = {"facecolor": "white", "linewidth": 0, "pad": 0}  # of a text over lines
+_LEFT = ("axes fraction", "data")  # coordinates of the names of rows
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
 _TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
 # A power of ten above its tick, below the marked lines.
@@ -404,10 +406,14 @@ def plot_ranking(
     n = len(ranking.objectives.names)
     with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
+        ax.set(xlim=(edge, 1))
+        ax.axis("off")
         word = ""
         if values:
             word, _ = marks[marked]
         _draw_rows(ax, ranking, is_log, marked, word)
+        if edge < 0:  # where a fixed range begins
+            ax.vlines(0, 0, n - 1, color="0.8", linewidth=0.6, zorder=0)
         for design, (label, style) in marks.items():
             _draw_mark(ax, places[design], edge, label, style)
         names = _add_names(ax, ranking, named, n_near, marks)
@@ -418,8 +424,6 @@ def plot_ranking(
         if is_log.any() or not is_near.all():
             figure.fit(add_key, figure, [ax])
         figure.fit(_name_lines, figure, ax, names, np.maximum(places[named, -1], edge), n)
-        ax.set(xlim=(edge, 1))
-        ax.axis("off")
         arrows = ""
         if np.any(places[named] < edge - _TIE):
             arrows = "An arrow marks a value that is worse than those of the axis."
@@ -502,8 +506,8 @@ def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]
     """
     above = lift + _LINE
     corners: list[tuple[int, float, Style]] = [
-        (0, above, {"fontweight": "bold", "color": INK}),
-        (0, lift, {}),
+        (0, above, {"fontweight": "bold", "color": INK, "xycoords": _LEFT}),
+        (0, lift, {"bbox": _GROUND}),  # lines may reach beyond a fixed range
         (1, lift, {"ha": "left"}),
         (1, above, {"ha": "left", "fontweight": "bold", "color": ACCENT}),
     ]
@@ -651,10 +655,11 @@ def _name_lines(
     for name, _ in names:
         name.set_visible(True)  # an invisible one has no size
         widths.append(extent(name).width + 2 * _POLE * figure.dpi / 72)
-    # In shares of the width of the axes, as the places are.
+    # In shares of the width of the axes.
     left = -ax.bbox.x0 / ax.bbox.width
     right = left + figure.bbox.width / ax.bbox.width
-    levels, is_right = _flags(places, np.array(widths) / ax.bbox.width, left, right)
+    shares = ax.transAxes.inverted().transform(ax.transData.transform([(x, 0) for x in places]))
+    levels, is_right = _flags(shares[:, 0], np.array(widths) / ax.bbox.width, left, right)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
