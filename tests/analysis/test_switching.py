@@ -148,3 +148,11 @@ def test_a_limit_on_texts_has_no_bounds():
     costs = constraint_costs(table)
     np.testing.assert_array_equal(costs[["lower", "upper"]], [[-np.inf, 1.5], [np.nan, np.nan]])
     assert costs["rejects"].tolist() == table.violations()[0].sum(axis=0).tolist() == [1, 1]
+
+
+def test_many_objectives_have_costs_without_a_warning_of_pandas():
+    F = np.random.default_rng(0).random((9, 60))
+    names = [f"f{j}" for j in range(60)]
+    table = read_table(pd.DataFrame(F, columns=names), Formulation(names, limits={"f1": 0.5}))
+    costs = constraint_costs(table)
+    assert costs.shape == (1, 124)

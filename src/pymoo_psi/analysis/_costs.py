@@ -77,19 +77,22 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
             bounds.append((limit.lower, limit.upper))
         else:
             bounds.append((np.nan, np.nan))
-    index = pd.Index(names, name="constraint", dtype=object)
-    frame = pd.DataFrame(bounds, index, ["lower", "upper"], dtype=np.float64)
-    frame["rejects"] = mask.sum(axis=0)
-    frame["alone"] = alone.sum(axis=0)
+    lower, upper = np.reshape(bounds, (len(names), 2)).T
+    columns = {
+        "lower": lower,
+        "upper": upper,
+        "rejects": mask.sum(axis=0),
+        "alone": alone.sum(axis=0),
+    }
     # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
     # One that lacks another objective would not be feasible without its constraint, either.
     is_complete = np.isfinite(table.F).all(axis=1, keepdims=True)
     F = pd.DataFrame(np.where(is_complete, table.F, np.nan))
     best = schema.sign * [F[rows].min() for rows in (table.feasible(), *alone.T)]
     for name, (of_feasible, *of_alone) in zip(schema.objectives, best.T, strict=True):
-        frame[f"{name}_feasible"] = of_feasible
-        frame[f"{name}_alone"] = of_alone
-    return frame
+        columns[f"{name}_feasible"] = np.full(len(names), of_feasible)
+        columns[f"{name}_alone"] = np.array(of_alone)
+    return pd.DataFrame(columns, pd.Index(names, name="constraint", dtype=object))
 
 
 def _alone(violated: Mask) -> Mask:

@@ -13,7 +13,6 @@ from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
     Array,
     Columns,
-    Integers,
     Received,
     Rows,
     counted,
@@ -87,21 +86,18 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     if not usable.all():
         n_unusable = counted((~usable).sum(), "test")
         remarks.append(f"Left out, as they have no values: {n_unusable}.")
-    differing = []
     for name in schema.notes:
         cells = tests.data[name]
         if name != ROW and unequal(cells, cells[first[design]]).any():
-            differing.append(name)
-    schema = schema.without(differing)
+            schema = schema.without([name])
     designs = tests.take(first)
-    counts = np.bincount(design[usable], minlength=len(first))
     data = {name: designs.data[name] for name in schema.names}
-    data |= _statistics(tests.take(usable), designs, design[usable], counts)
+    data |= _statistics(tests.take(usable), designs, design[usable])
     designs = replace(
         designs,
         evaluated=schema.with_columns(*[Column(name, OUTPUT) for name in new_names]),
         data=data,
-        failures=designs.take(counts == 0).failures,
+        failures=designs.take(data[N_TESTS] == 0).failures,
         problem=None,  # no run continues a study of means
         remarks=tuple(remarks),
         n_stored=0,
@@ -128,15 +124,15 @@ def _under_all_objectives(table: TestTable) -> TestTable:
     return evaluated.under(Formulation(known, computed=computed))
 
 
-def _statistics(tests: TestTable, designs: TestTable, design: Rows, counts: Integers) -> Columns:
+def _statistics(tests: TestTable, designs: TestTable, design: Rows) -> Columns:
     """Return the means of designs, the standard errors of objectives, and the numbers of tests.
 
     Args:
         tests: The n tests that count.
         designs: The first test of each of k designs, whose values stay where no test counts.
         design: ``(n,)`` the design of each test.
-        counts: ``(k,)`` numbers of tests.
     """
+    counts = np.bincount(design, minlength=len(designs))
     columns: Columns = {N_TESTS: counts.astype(np.float64)}
     rows = np.flatnonzero(counts)
 

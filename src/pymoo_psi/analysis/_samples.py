@@ -178,30 +178,26 @@ def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFram
     for name in table.schema.variables:
         if len(set(table.column(name).tolist())) > 1:
             variables.append(name)
-    rows = []
+    names = dependent
+    if columns is not None:
+        names = known_names("columns", columns, dependent)
+    shares = []
     # The bases are those of all columns that are known of the same tests.
     bases_by_tests = {}
-    for name in dependent if columns is None else known_names("columns", columns, dependent):
+    for name in names:
         values = table.column(name)
         finite = np.isfinite(values)
         y = values[finite]
         if len(y) < _LEAST_TESTS:
-            raise invalid(
-                name,
-                f"known of {_LEAST_TESTS} tests or more",
-                Received(counted(len(y), "finite value")),
-                "test more points",
-            )
+            rule = f"known of {_LEAST_TESTS} tests or more"
+            raise invalid(name, rule, Received(counted(len(y), "finite value")), "test more points")
         key = finite.tobytes()
         if key not in bases_by_tests:
             bases_by_tests[key] = [_basis(table.column(v)[finite]) for v in variables]
-        shares = np.full((len(variables), 3), np.nan)
-        if np.isfinite(unit_lengths(y.min(), y.max())):
-            shares = _shares(bases_by_tests[key], y)
-        for variable, row in zip(variables, shares, strict=True):
-            rows.append((name, variable, *row))
-    frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
-    return frame.set_index(["column", "variable"])
+        shares.append(_shares(bases_by_tests[key], y))
+    index = pd.MultiIndex.from_product([names, variables], names=["column", "variable"])
+    data = np.reshape(shares, (len(index), 3))
+    return pd.DataFrame(data, index, ["first_order", "lower", "upper"])
 
 
 def _basis(column: AnyArray) -> Array:
@@ -218,11 +214,13 @@ def _basis(column: AnyArray) -> Array:
 
 def _shares(bases: list[Array], y: Array) -> Array:
     """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
+    shares = np.full((len(bases), 3), np.nan)
+    if np.isinf(unit_lengths(y.min(), y.max())):
+        return shares
     n = len(y)
     y = y / np.abs(y).max()  # no square overflows
     y = (y - y.mean()) / y.std()
     strengths = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
-    shares = np.full((len(bases), 3), np.nan)
     unexplained = y
     for j in np.argsort(strengths)[::-1]:  # the strongest first
         Q = bases[j]

@@ -171,7 +171,7 @@ def simplex_weights(n: int, m: int, factor: float | None) -> Array:
         return np.ones((n, 1))
     if m > _MOST_WEIGHTS:
         rule = f"of at most {_MOST_WEIGHTS} objectives in which Pareto-optimal designs differ"
-        remedy = "rank by fewer objectives: Formulation(objectives=[...]) of a table, or F[[...]]"
+        remedy = "rank by fewer: --objectives, Formulation(objectives=[...]) or F[[...]] names them"
         raise invalid("F", rule, Received(f"{m}"), remedy)
     low = 0.0
     high = 1.0

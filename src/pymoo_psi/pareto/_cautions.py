@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 from functools import cached_property
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -427,12 +428,18 @@ class _Checks:
         """Yield the caution about the designs without which the optimum moves most."""
         if self.ranking.frame.is_fixed:
             return  # points of the user's own stay where they are
-        extremes = {*self.values.argmin(axis=0), *self.values.argmax(axis=0)}
+        moves = [self.without(*trial) for trial in self.trials()]
+        distance, caution = max(moves, key=itemgetter(0), default=(0.0, None))
+        if caution and distance > ELSEWHERE:
+            yield caution
+
+    def trials(self) -> Iterator[tuple[Rows, Rows]]:
+        """Yield the designs that are left out together, and the others that may be optimal then."""
         near_front = self.near_front()
-        moves = []
+        extremes = {*self.values.argmin(axis=0), *self.values.argmax(axis=0)}
         for i in sorted(extremes - {*self.optima}):
             row = self.rows[i]
-            moves.append(self.without(np.array([row]), near_front[near_front != row]))
+            yield np.array([row]), near_front[near_front != row]
         # One of several unlike designs hides what another one does, also one that it dominates.
         is_unlike = np.asarray(self.unlike.any(axis=1))
         is_unlike[self.rows[self.optima]] = False
@@ -443,10 +450,7 @@ class _Checks:
             # On the present front, or on that without those which are left out before.
             left_out = is_unlike.copy()
             left_out[is_unlike] = ~dominated_by(F[is_unlike], F[optimal])
-            moves.append(self.without(self.optimal_first(left_out), optimal))
-        distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
-        if caution and distance > ELSEWHERE:
-            yield caution
+            yield self.optimal_first(left_out), optimal
 
     def without(self, left_out: Rows, rows: Rows) -> tuple[float, Caution]:
         """Return how far the optimum moves without some designs, and the caution.
