@@ -56,7 +56,14 @@ def _points(text: str) -> tuple[int, bool]:
     return _COUNT.convert(text, None, None), text.startswith("+")
 
 
-_COUNT: Any = click.IntRange(1, 10**12)
+def _whole(least: int, greatest: int | None = None) -> click.IntRange:
+    """Return the type of whole numbers, called so in errors: click calls it an integer range."""
+    kind = click.IntRange(least, greatest)
+    kind.name = "whole number"
+    return kind
+
+
+_COUNT: Any = _whole(1, 10**12)
 _COUNTS = _counts(",")
 
 
@@ -66,7 +73,7 @@ def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> cli
 
 _names = partial(_option, multiple=True)
 _file = partial(_option, type=path_in)
-_count = partial(_option, type=click.IntRange(1))
+_count = partial(_option, type=_whole(1))
 _flag = partial(_option, metavar=None, is_flag=True)
 
 
@@ -210,7 +217,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
         "seed",
         "S",
         "Random seed; psi with lptau uses none. In Python, pymoo draws one unless given.",
-        type=click.IntRange(0),
+        type=_whole(0),
         default=1,
     ),
     _file("study", "FILE.db", "Keep every test here, and rank all of them."),
@@ -266,13 +273,11 @@ def solve() -> None:
 @_command(
     "_solve",
     _PROBLEM,
-    _option(
-        "points", "N", "Number of designs; 0 lists pending ones.", type=click.IntRange(0), default=4
-    ),
+    _option("points", "N", "Number of designs; 0 lists pending ones.", type=_whole(0), default=4),
     _file("study", "FILE.db", "Study that keeps the tests.", required=True),
     _file("out", "FILE", "Write the designs into this new file (.csv, .xlsx).", required=True),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
-    _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
+    _option("seed", "S", "Random seed (surrogate).", type=_whole(0), default=1),
     *_OF_PROBLEM,
     *_FORMULATION,
 )
@@ -381,7 +386,7 @@ def page() -> None:
 @_command(
     "_documents",
     _FILE,
-    _option("port", "N", "Port [8741 or any].", type=click.IntRange(0, 65535)),
+    _option("port", "N", "Port [8741 or any].", type=_whole(0, 65535)),
     _flag("steer", text="Let the page steer the run."),
     _flag("no-browser", text="Only print the address."),
     _flag("attached", text="End with the standard input.", hidden=True),
@@ -509,7 +514,7 @@ def reproduce() -> None:
 
 @_command(
     "_console",
-    click.Argument(["name"], required=False),
+    click.Argument(["name"], default="index"),
     _flag("open", text="Open the page of the guide in the browser."),
 )
 def guide() -> None:

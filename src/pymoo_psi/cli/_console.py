@@ -496,14 +496,15 @@ def run_guide(options: Options) -> int:
     import webbrowser
 
     texts = guides()
-    if options.name is not None:
-        known_name("NAME", options.name, texts)
+    name = options.name
+    if name != "index":
+        known_name("NAME", name, texts)
     if options.open:
-        page = site_page(options.name or "index")
+        page = site_page(name)
         print_text(f"Opening {page}")
         webbrowser.open(page.as_uri())
-    elif options.name is not None:
-        print_text(texts[options.name])
+    elif name != "index":
+        print_text(texts[name])
     else:
         for name, text in texts.items():
             title = text.partition("\n")[0].removeprefix("# ")

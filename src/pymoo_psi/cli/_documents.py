@@ -25,7 +25,6 @@ from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
     counts_sentence,
     decision_sentences,
-    none_left_reason,
     position_sentences,
     separation_sentences,
     switching_sentences,
@@ -52,6 +51,7 @@ from pymoo_psi.cli._source import (
     decision_remarks,
     opened,
     opened_by_options,
+    require_feasible,
     say_source,
     typed_options,
 )
@@ -128,8 +128,7 @@ def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
     table = opened_by_options(options, suffixes_for("designs"))
-    if not table.feasible().any():
-        raise PsiError(f"{path}: No design is left: {none_left_reason(table)}")
+    require_feasible(path, table)
     notes: list[str] = []
     if options.out is not None:
         n_written = write_ranking(table, options.out)

@@ -11,10 +11,11 @@ from typing import TypeAlias
 import click
 import pandas as pd
 
+from pymoo_psi._names import named_as
 from pymoo_psi._validation import Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, require_output, say
-from pymoo_psi.cli._source import decision_in, opened, say_source
+from pymoo_psi.cli._source import decision_in, opened, require_feasible, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
@@ -37,6 +38,7 @@ def run_prefer(options: Options) -> int:
             raise invalid("--out", rule, str(out))
         require_output(out, (".json",), options.file)
     table = opened(options.file, options, decision_in(options))
+    require_feasible(options.file, table)
     dialogue = _Dialogue(table, options.person, out)
     for entry in entries_of(options.answers):
         dialogue.person.add(*_answer_in(entry, table))
@@ -168,9 +170,11 @@ def _pressed() -> str:
     while True:
         say(_KEYS)
         try:
-            key = str(click.getchar()).lower()
+            key = click.getchar().lower()
         except EOFError:
             return "q"
+        except OSError as error:
+            raise PsiError("prefer asks in a terminal; without one, use --answers") from error
         if key in (*_ANSWERS, "u", "q"):
             return key
 
@@ -203,7 +207,8 @@ def _answer_in(entry: str, table: TestTable) -> Answer:
     for sign in signs:
         pair = [entry[: sign.start()].strip(), entry[sign.end() :].strip()]
         try:
-            rows = [table.row_of(design) for design in pair]
+            with named_as({"design": "a design in --answers"}):
+                rows = [table.row_of(design) for design in pair]
         except PsiError:
             if len(signs) == 1:
                 raise

@@ -16,9 +16,10 @@ from click.core import ParameterSource
 
 from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._validation import Names, Received, instance, invalid
-from pymoo_psi.analysis import counts_sentence
+from pymoo_psi.analysis import counts_sentence, none_left_reason
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
+from pymoo_psi.errors import PsiError
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS, explain
 from pymoo_psi.table import (
@@ -130,6 +131,16 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
         prototype = getattr(options, "prototype", None)
         require_output(options.out, suffixes, path, prototype, options.decision)
     return opened(path, options, decision_in(options))
+
+
+def require_feasible(path: Path, table: TestTable) -> None:
+    """Refuse a source of which no design is within the limits, and say which of them reject most.
+
+    Raises:
+        PsiError: There is none.
+    """
+    if not table.feasible().any():
+        raise PsiError(f"{path}: No design is left: {none_left_reason(table)}")
 
 
 def say_source(table: TestTable) -> None:
