@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, timezone
-from pathlib import Path
 from typing import TypeAlias
 
 import click
@@ -39,116 +39,125 @@ def run_prefer(options: Options) -> int:
         require_output(out, (".json",), options.file)
     table = opened(options.file, options, decision_in(options))
     require_feasible(options.file, table)
-    dialogue = _Dialogue(table, options.person, out)
+    former = _former_position(table.decision, options.person)
+    person, foreign = _person_of(table, former["answers"])
+    before = _counted(person.answers)
     for entry in entries_of(options.answers):
-        dialogue.person.add(*_answer_in(entry, table))
+        person.add(*_answer_in(entry, table))
     say_source(table)
-    if dialogue.foreign:
-        answers = ", ".join(map("".join, dialogue.foreign))
+    if foreign:
+        answers = ", ".join(map("".join, foreign))
         say(f"Left out, as they do not compare two of the Pareto-optimal designs: {answers}.")
+
+    def saved() -> str:
+        """Write the decision with the answers of now; the file keeps those of other designs."""
+        now = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
+        position = former | {"date": now, "answers": [*foreign, *person.answers]}
+        _decided(table, position, person, before).to_json(out)
+        return f"{counted(len(person.answers), 'answer')} by {former['name']} written to {out}"
+
     if options.answers:
-        dialogue.save()
+        kept = saved()
     else:
-        dialogue.ask()
-    say(*dialogue.person.sentences)
-    pair = dialogue.person.question()
+        kept = _dialogue(person, table, f"No new answers; {out} is not written.", saved)
+    say(*person.sentences)
+    pair = person.question()
     if options.answers and pair is not None:
         _show(table, *pair)
-    say(dialogue.kept)
+    say(kept)
     return 0
 
 
-class _Dialogue:
-    """The questions to one person about a table, and the file that keeps the answers.
+def _former_position(decision: Decision, name: str | None) -> Values:
+    """Return the latest position of a person, or one without answers.
 
-    Attributes:
-        person: The answers of the person.
-        foreign: Former answers about other designs than the Pareto-optimal ones; the file keeps
-            them.
-        kept: Where the answers are, as a sentence.
+    Raises:
+        ArgumentValueError: There are positions of several people, and none is named.
     """
+    # By name the latest, as positions are in the order of their dates.
+    positions = {position["name"]: position for position in decision.positions}
+    if name is None and len(positions) > 1:
+        rule = "given, as there are several positions"
+        raise invalid("--as", rule, Received(", ".join(positions)))
+    if name is None:
+        name = [*positions, _NOBODY][0]
+    return dict(positions.get(name, {"name": name, "answers": []}))
 
-    def __init__(self, table: TestTable, name: str | None, out: Path) -> None:
-        """Take the former position of a person.
 
-        Raises:
-            ArgumentValueError: There are positions of several people, and none is named.
-        """
-        # By name the latest, as positions are in the order of their dates.
-        former = {position["name"]: position for position in table.decision.positions}
-        if name is None:
-            if len(former) > 1:
-                rule = "given, as there are several positions"
-                raise invalid("--as", rule, Received(", ".join(former)))
-            name = [*former, _NOBODY][0]
-        self.person = Preferences(table)
-        self.foreign: list[Answer] = []
-        self.kept = f"No new answers; {out} is not written."
-        self._table = table
-        self._out = out
-        self._former = former.get(name, {"name": name, "answers": []})
-        for answer in self._former["answers"]:
-            try:
-                self.person.add(*answer)
-            except PsiError:
-                self.foreign.append(answer)
-        self._counted = _counted(self.person.answers)
+def _person_of(table: TestTable, answers: list[Answer]) -> tuple[Preferences, list[Answer]]:
+    """Return what is known of a person, and the answers about other than Pareto-optimal designs."""
+    person = Preferences(table)
+    foreign = []
+    for answer in answers:
+        try:
+            person.add(*answer)
+        except PsiError:
+            foreign.append(answer)
+    return person, foreign
 
-    def ask(self) -> None:
-        """Ask until no question is left or the person ends; each answer is saved at once.
 
-        Raises:
-            KeyboardInterrupt: The person has pressed Ctrl-C; nothing is lost.
-        """
-        pair = self.person.question()
-        while pair is not None:
-            one, other = pair
-            _show(self._table, one, other)
-            try:
-                key = _pressed()
-            except KeyboardInterrupt:
-                raise KeyboardInterrupt(self.kept) from None
-            if key == "q":
-                return
-            if key == "u":
-                self.person.undo()
-            elif key == "b":
-                self.person.answer(other, one)
-            else:
-                self.person.add(one, _ANSWERS[key], other)
-            self.save()
-            say(self.person.sentences[0])
-            pair = self.person.question()
+def _dialogue(person: Preferences, table: TestTable, kept: str, saved: Callable[[], str]) -> str:
+    """Ask until no question is left or the person ends, and say where the answers are.
 
-    def save(self) -> None:
-        """Write the decision: the former position of the person with the answers of now.
+    Args:
+        person: The answers of the person, to which new ones are added.
+        table: The designs.
+        kept: Where the answers are before the first question.
+        saved: Writes the answers, after each of them, and says where.
 
-        Once these say something new, the proposal is the choice of the person, and of the decision
-        unless another person has a position.
-        """
-        decision = self._table.decision
-        name = self._former["name"]
-        answers = self.person.answers
-        position = {
-            **self._former,
-            "date": datetime.now(timezone.utc).isoformat(timespec="milliseconds"),
-            "answers": [*self.foreign, *answers],
-        }
-        answered = _counted(answers)
-        choice: Values = {"chosen": self.person.best, "reason": self.person.sentences[0]}
-        is_proposed = True
-        if not answered:  # all are taken back, and so is what was proposed after them
-            choice = {"chosen": None, "reason": ""}
-            # as the first sentence of a person begins
-            is_proposed = position.get("reason", "").startswith("Proposed after")
-        if answered != self._counted and is_proposed:
-            limits = {name: limit.plain for name, limit in self._table.limits.items()}
-            position |= {"limits": limits, **choice}
-            if {one["name"] for one in decision.positions} <= {name}:
-                decision = _with_choice(decision, choice)
-        replace(decision, positions=[*decision.positions, position]).to_json(self._out)
-        n_answers = counted(len(answers), "answer")
-        self.kept = f"{n_answers} by {name} written to {self._out}"
+    Raises:
+        KeyboardInterrupt: The person has pressed Ctrl-C; nothing is lost.
+    """
+    pair = person.question()
+    while pair is not None:
+        one, other = pair
+        _show(table, one, other)
+        try:
+            key = _pressed()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(kept) from None
+        if key == "q":
+            break
+        if key == "u":
+            person.undo()
+        elif key == "b":
+            person.answer(other, one)
+        else:
+            person.add(one, _ANSWERS[key], other)
+        kept = saved()
+        say(person.sentences[0])
+        pair = person.question()
+    return kept
+
+
+def _decided(
+    table: TestTable, position: Values, person: Preferences, before: list[Answer]
+) -> Decision:
+    """Return the decision of a table with a position.
+
+    Once the answers say something new, the proposal is the choice of the person, and of the
+    decision unless another person has a position.
+
+    Args:
+        table: The designs and their decision.
+        position: The former position of the person with the answers of now.
+        person: The answers of now.
+        before: The answers that the person had given before.
+    """
+    decision = table.decision
+    answered = _counted(person.answers)
+    choice: Values = {"chosen": person.best, "reason": person.sentences[0]}
+    is_proposed = True
+    if not answered:  # all are taken back, and so is what was proposed after them
+        choice = {"chosen": None, "reason": ""}
+        # as the first sentence of a person begins
+        is_proposed = position.get("reason", "").startswith("Proposed after")
+    if answered != before and is_proposed:
+        limits = {name: limit.plain for name, limit in table.limits.items()}
+        position = position | {"limits": limits, **choice}
+        if {one["name"] for one in decision.positions} <= {position["name"]}:
+            decision = _with_choice(decision, choice)
+    return replace(decision, positions=[*decision.positions, position])
 
 
 def _counted(answers: list[Answer]) -> list[Answer]:
