@@ -91,22 +91,27 @@ def print_text(text: str) -> None:
 
 
 def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
-    """Print a frame with numbers in 6 digits and blanks for missing values.
+    """Print a frame by :func:`print_columns`."""
+    print_columns([[name, *values] for name, values in frame.items()], title, n_keys)
+
+
+def print_columns(cells: Sequence[Sequence[Any]], title: str, n_keys: int = 1) -> None:
+    """Print columns with numbers in 6 digits and blanks for missing values.
 
     Texts are cut to half of the width. The columns of a table that is too wide continue below.
 
     Args:
-        frame: The rows.
+        cells: The heading of each column and its values.
         title: What is above them.
         n_keys: How many columns name a row; they are repeated where the table continues.
     """
-    if frame.empty:
+    if all(len(column) == 1 for column in cells):
         say(f"{title.rstrip(':')}: none")
         return
     say(title)
     columns = []
-    for name, values in frame.items():
-        texts = [_cell(name), *map(_cell, values)]
+    for column in cells:
+        texts = list(map(_cell, column))
         is_text = not any(map(_NUMBER.match, texts[1:]))
         columns.append(_aligned(texts, left=is_text))
     keys = columns[:n_keys]
@@ -187,26 +192,45 @@ def _table(table: TestTable, n_rows: int, out: Path | None) -> list[str]:
     optimal = ranking.by_place[: ranking.pareto.sum()]
     if len(optimal) == n_rows + 1:  # the row itself takes no more than its count
         n_rows += 1
-    shown = optimal[:n_rows]
-    word, *names = map(_one_line, name_column(table, shown))
-    names = [word, "", *names, "best", "worst"]
-    least = min(max(map(_columns, names)), _LEAST_LABEL)
-    objectives = _objective_columns(ranking, shown)
-    cells, room = _fitting(objectives, text_width() - len(_BESIDE_PLACES), least)
-    names = [shortened(name, max(room, least)) for name in names]
-    places = ["place", "", *map(str, ranking.place[shown]), "", ""]
-    lines = _rows([_aligned(places), _aligned(names, left=True), *cells])
-    headings, units, *designs, best, worst = map(str.rstrip, lines)
+    columns = _fitting(table, optimal[:n_rows])
+    headings, units, *designs, best, worst = map(str.rstrip, _rows(columns))
     lines = [headings, *filter(None, [units]), *designs]
-    n_hidden = len(optimal) - len(shown)
+    n_hidden = len(optimal) - len(designs)
     if n_hidden:
         where = "" if out else ": --out FILE.csv"
         lines.append(f"{_BESIDE_PLACES}… {n_hidden} more{where}")
     lines += [best, worst]
-    n_folded = len(objectives) - len(cells)
+    n_folded = len(table.schema.objectives) - len(columns[2:])
     if n_folded:
         lines.append(f"{_BESIDE_PLACES}… {counted(n_folded, 'more objective')}: --long")
     return lines
+
+
+def _fitting(table: TestTable, rows: Rows) -> list[list[str]]:
+    """Return the columns of the table: places, names, and the objectives that fit, one or more.
+
+    Each has a heading, a unit, the designs, and the best and the worst values.
+
+    Args:
+        table: The tests.
+        rows: The rows of the designs in the ranking.
+    """
+    ranking = table.feasible_ranking()
+    places = ["place", "", *map(str, ranking.place[rows]), "", ""]
+    word, *names = map(_one_line, name_column(table, rows))
+    names = [word, "", *names, "best", "worst"]
+    least = min(max(map(_columns, names)), _LEAST_LABEL)
+    objectives = _objective_columns(ranking, rows)
+    for n_shown, most in product(range(len(objectives), 0, -1), _HEADING_WIDTHS):
+        cells = []
+        room = text_width() - len(_BESIDE_PLACES)
+        for name, arrow, texts in objectives[:n_shown]:
+            cells.append(_aligned([f"{shortened(name, most)} {arrow}", *texts]))
+            room -= len(_GAP) + _columns(cells[-1][0])
+        if room >= least:
+            break
+    names = [shortened(name, max(room, least)) for name in names]
+    return [_aligned(places), _aligned(names, left=True), *cells]
 
 
 def name_column(table: TestTable, rows: Rows) -> list[str]:
@@ -239,27 +263,6 @@ def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
     written = np.vstack([front, ranking.frame.ideal, ranking.frame.nadir])
     formats = enough_digits(front, list(map(NumberFormat.of, written.T, front.T)))
     return dict(zip(ranking.objectives.names, formats, strict=True))
-
-
-def _fitting(
-    objectives: list[tuple[str, str, list[str]]], columns: int, least: int
-) -> tuple[list[list[str]], int]:
-    """Return the columns of as many objectives as fit, one or more, and the room that they leave.
-
-    Args:
-        objectives: The name of each objective, its direction, and the texts below.
-        columns: The width for them and the names of the designs.
-        least: The least width for the names.
-    """
-    for n_shown, most in product(range(len(objectives), 0, -1), _HEADING_WIDTHS):
-        cells = []
-        room = columns
-        for name, arrow, texts in objectives[:n_shown]:
-            cells.append(_aligned([f"{shortened(name, most)} {arrow}", *texts]))
-            room -= len(_GAP) + _columns(cells[-1][0])
-        if room >= least:
-            break
-    return cells, room
 
 
 def _one_line(name: object) -> str:

@@ -16,7 +16,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pymoo_psi._names import named_as
 from pymoo_psi._numbers import localized, number
@@ -34,6 +34,7 @@ from pymoo_psi.cli._console import (
     command,
     continued,
     name_column,
+    print_columns,
     print_frame,
     print_text,
     proposal,
@@ -170,7 +171,7 @@ def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: 
     columns = text_width()
     print_text(wrapped(head, columns))
     ranking = table.feasible_ranking()
-    print_frame(_in_detail(table, ranking), "")
+    print_columns(_in_detail(table, ranking), "")
     if len(ranking.rows) > _N_IN_DETAIL:
         say(f"… {len(ranking.rows) - _N_IN_DETAIL} more: --out FILE.csv")
     why = explain(ranking)
@@ -189,10 +190,8 @@ def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: 
     print_text("\n" + wrapped([*filter(None, sentences)], columns))
 
 
-def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
-    """Return the first designs by place with all columns: names, places, objectives, the rest."""
-    from pandas import Series, concat
-
+def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[list[Any]]:
+    """Return the first designs by place, all columns: names, places, objectives, the rest."""
     from pymoo_psi.page import number_formats
 
     rows = ranking.by_place[:_N_IN_DETAIL]
@@ -200,8 +199,7 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     places[~ranking.pareto[rows]] = "dominated"
     designs = table.take(ranking.rows[rows])
     schema = table.schema
-    word, *names = name_column(table, rows)
-    columns = [Series(names, name=word), Series(places, name="place")]
+    columns: list[list[Any]] = [name_column(table, rows), ["place", *places]]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
         if name in {schema.label, RUN, POINT}:
@@ -212,8 +210,8 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
         heading = with_unit(_beside_ranking(name, schema), schema[name].unit)
         if name in schema.objectives:
             heading += " ↑" if schema[name].maximize else " ↓"
-        columns.append(Series(cells, name=heading))
-    return concat(columns, axis=1)
+        columns.append([heading, *cells])
+    return columns
 
 
 def run_page(options: Options) -> int:

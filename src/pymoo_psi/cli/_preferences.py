@@ -6,15 +6,15 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, timezone
+from pathlib import Path
 from typing import TypeAlias
 
 import click
-import pandas as pd
 
 from pymoo_psi._names import named_as
 from pymoo_psi._validation import Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._console import print_frame, require_output, say
+from pymoo_psi.cli._console import print_columns, require_output, say
 from pymoo_psi.cli._source import decision_in, opened, require_feasible, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
@@ -32,11 +32,7 @@ _NOBODY = "me"  # the name of a person who gives none
 def run_prefer(options: Options) -> int:
     """Ask which of two designs a person would rather have, and propose one."""
     out = options.out
-    if options.decision is None or out.resolve() != options.decision.resolve():
-        if out.is_file():
-            rule = "a new file, or that of --decision, which is continued"
-            raise invalid("--out", rule, str(out))
-        require_output(out, (".json",), options.file)
+    _require_file(out, options)
     table = opened(options.file, options, decision_in(options))
     require_feasible(options.file, table)
     former = _former_position(table.decision, options.person)
@@ -66,6 +62,16 @@ def run_prefer(options: Options) -> int:
         _show(table, *pair)
     say(kept)
     return 0
+
+
+def _require_file(out: Path, options: Options) -> None:
+    """Refuse an output that exists or cannot be written, unless it is the decision continued."""
+    if options.decision is not None and out.resolve() == options.decision.resolve():
+        return
+    if out.is_file():
+        rule = "a new file, or that of --decision, which is continued"
+        raise invalid("--out", rule, str(out))
+    require_output(out, (".json",), options.file)
 
 
 def _former_position(decision: Decision, name: str | None) -> Values:
@@ -193,15 +199,15 @@ def _show(table: TestTable, one: str, other: str) -> None:
     schema = table.schema
     formats = number_formats(table)
     rows = [table.row_of(one), table.row_of(other)]
-    lines = []
+    lines = [["", f"a: {one}", f"b: {other}"]]
     for name in (*schema.objectives, *schema.outputs, *schema.notes, *schema.variables):
         values = table.column(name)[rows]
         if values[0] == values[1] or name == schema.label:
             continue
         text = formats[name].text if name in formats else str
         lines.append([schema[name].heading, *map(text, values)])
-    frame = pd.DataFrame(lines, columns=["", f"a: {one}", f"b: {other}"])
-    print_frame(frame.head(_N_DIFFERENCES), "Which one would you rather have?")
+    columns = [*zip(*lines[: 1 + _N_DIFFERENCES], strict=True)]
+    print_columns(columns, "Which one would you rather have?")
 
 
 def _answer_in(entry: str, table: TestTable) -> Answer:

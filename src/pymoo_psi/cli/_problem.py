@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.cli._app import Options, print_error
-from pymoo_psi.cli._console import command, print_frame, say, say_next
+from pymoo_psi.cli._console import command, print_columns, say, say_next
 from pymoo_psi.cli._source import pairs_in, typed_options
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import ExecutorRunner, Runner, one_line, runner_of_jobs
@@ -360,11 +360,9 @@ def try_program(name: str, problem: Any) -> int:
     say(f"Folder: {run.folder}")
     for line in run.filled:
         say(f"Filled: {line}")
-    from pandas import DataFrame
-
     values = {**design, **run.outputs}
     names = [with_unit(name, problem.units.get(name, "")) for name in values]
-    print_frame(DataFrame({"column": names, "value": values.values()}), "Variables and outputs:")
+    print_columns([["column", *names], ["value", *values.values()]], "Variables and outputs:")
     say(f"Took {run.seconds:.1f} s.")
     for flaw in run.flaws:
         say(f"Wrong: {flaw}")
