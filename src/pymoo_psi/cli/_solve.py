@@ -233,15 +233,6 @@ def _watched(options: Options) -> AbstractContextManager[Any]:
     return view
 
 
-def _under(tests: TestTable, settings: RunOptions) -> TestTable:
-    """Return tests under the formulation of a run, as far as it can be applied."""
-    # The first tests may all have failed or not been run; their outputs are then unknown.
-    has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
-    if not has_values.any():
-        return tests
-    return tests.under(settings.formulation)
-
-
 def _by_psi(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
@@ -291,10 +282,12 @@ def _tests_of(run: Run, show: Show, statuses: Counter[str]) -> TestTable:
 
 def _result(problem: Problem, settings: RunOptions, tests: TestTable, n_evaluated: int) -> Result:
     """Return the result of tests all of which are ranked."""
-    under = _under(tests, settings)
+    model = Model(problem, settings)
+    tests = model.under_so_far(tests)
+    table = tests
     if getattr(problem, "noisy", False):
-        return Result(under, _under(averaged_repeats(tests), settings), n_evaluated)
-    return Result(under, under, n_evaluated)
+        table = model.under_so_far(averaged_repeats(tests))
+    return Result(tests, table, n_evaluated)
 
 
 def _by_nsga3(problem: Problem, n_points: int, settings: RunOptions, show: Show) -> Result:
