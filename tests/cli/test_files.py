@@ -184,3 +184,11 @@ def test_a_log_shows_that_a_run_goes_on(run, said, monkeypatch, words, note, und
     assert log.splitlines()[-1].startswith("100% done")
     assert note in log
     assert log.count("100% done") == 1
+
+
+def test_directions_are_read_where_arrows_cannot_be_written(front, tmp_path):
+    """As in a pipe on Windows."""
+    command = [sys.executable, "-m", "pymoo_psi", "rank", "set.csv", "--maximize", "b"]
+    options = {"cwd": tmp_path, "env": os.environ | {"PYTHONIOENCODING": "cp1252"}}
+    printed = subprocess.check_output(command, **options).decode("cp1252")
+    assert printed.split("\n\n")[1].split()[:6] == ["place", "row", "a", "v", "b", "^"]

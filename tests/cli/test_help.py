@@ -72,7 +72,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ),
         ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db"),
         ("solve chute --share 3/2 --study r", "--share must be (k, n) with k from 1 to n"),
-        ("solve chute --share a/2 --study r", "'--share': 'a' is not a valid integer range."),
+        ("solve chute --share a/2 --study r", "'--share': 'a' is not a valid whole number."),
         ("solve chute --jobs 0", "error: --jobs must be 1 or more, or -1 for one per core, got 0"),
         ("rank set.csv --out no/x.csv", "--out needs a folder that exists"),
         ("rank set.csv --units c=kg", "--units must be one of"),

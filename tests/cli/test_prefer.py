@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pymoo_psi import Decision, Preferences, read_table
-from tests.helpers.processes import LONG
+from tests.helpers.processes import LONG, posix
 
 CARS = """\
 car,mass,price,range,trunk
@@ -45,7 +45,7 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--answers", "Lane>Town"], "got 'Lane'"),
+        (["--answers", "Lane>Town"], "a design in --answers must be the name of one design"),
         (["--answers", "Town"], "pairs of designs such as A>B"),
         (["--answers", "Town>Town"], "two different ones"),
         (["--answers", "Old>Town"], "Pareto optimal"),
@@ -53,7 +53,10 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
         (["--answers", ""], "pairs of designs such as A>B"),
         (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
         (["--answers", "Town>Coast", "--out", "other.json"], "--out must be a new file"),
-        (["--answers", "Town>Coast", "--limits", "mass<=1"], "with a feasible design"),
+        (
+            ["--answers", "Town>Coast", "--limits", "mass<=1"],
+            "cars.csv: No design is left: none of 6",
+        ),
     ],
 )
 def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, run):
@@ -63,6 +66,15 @@ def test_what_cannot_be_done_is_refused_and_writes_nothing(words, message, run):
     assert message in err
     assert {*os.listdir()} == {"cars.csv", "models.py", "other.json"}
     assert Path("other.json").read_text() == '{"mine": 1}'
+
+
+@posix
+def test_without_a_terminal_questions_are_refused():
+    command = [sys.executable, "-m", "pymoo_psi", "prefer", "cars.csv", *OPTIONS]
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, start_new_session=True
+    )
+    assert b"prefer asks in a terminal; without one, use --answers" in done.stderr
 
 
 class Terminal:
@@ -96,7 +108,7 @@ class Terminal:
         return self.process.returncode, out, err
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+@posix
 def test_one_key_answers_takes_back_and_ends():
     terminal = Terminal("--out", "d.json")
     terminal.press("abuxsq")
@@ -108,7 +120,7 @@ def test_one_key_answers_takes_back_and_ends():
     assert (first[1], second[1]) == (">", "?")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+@posix
 def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
     own = {"name": "Ann", "chosen": "Town", "reason": "the bridge"}
     position = own | {"answers": [["Town", ">", "Coast"]]}
@@ -122,7 +134,7 @@ def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+@posix
 @pytest.mark.parametrize("key", ["\x03", "\x04"])
 def test_an_interruption_loses_no_answer(key):
     terminal = Terminal()

@@ -318,24 +318,25 @@ def _with_values(why: Explanation, table: TestTable) -> str:
     schema = table.schema
     if schema.label not in (None, ROW):
         return why.standing
+    groups = [_values(why, table, names) for names in (schema.objectives, schema.variables)]
+    name = why.ranking.name_of(why.row)
+    return why.standing_of(f"{name} ({'; '.join(filter(None, groups))})")
+
+
+def _values(why: Explanation, table: TestTable, names: Names) -> str:
+    """Return the values of the proposed design in some columns, or in the first of many."""
     ranking = why.ranking
-    row = ranking.rows[why.row]
     formats = _formats(ranking)
-    groups = []
-    for names in (schema.objectives, schema.variables):
-        texts = []
-        for name in names[:_MOST_NAMED]:
-            cells = table.column(name)
-            text: Callable[[Any], str] = str
-            if cells.dtype.kind in "fi":
-                optimal = cells[ranking.rows[ranking.pareto]]
-                text = formats.get(name, NumberFormat.of(optimal)).text
-            texts.append(f"{name} {text(cells[row])} {schema.units.get(name, '')}".strip())
-        if len(names) > _MOST_NAMED:
-            texts.append("…")
-        groups.append(", ".join(texts))
-    values = "; ".join(filter(None, groups))
-    return why.standing_of(f"{ranking.name_of(why.row)} ({values})")
+    texts = []
+    for name in names[:_MOST_NAMED]:
+        cells = table.column(name)[ranking.rows]
+        text: Callable[[Any], str] = str
+        if cells.dtype.kind in "fi":
+            text = formats.get(name, NumberFormat.of(cells[ranking.pareto])).text
+        texts.append(f"{name} {text(cells[why.row])} {table.schema.units.get(name, '')}".strip())
+    if len(names) > _MOST_NAMED:
+        texts.append("…")
+    return ", ".join(texts)
 
 
 # The next command

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -65,6 +65,9 @@ from pymoo_psi.problems import (
 )
 from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, TestTable
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _N_REASONS = 3  # most frequent reasons of failures
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -336,9 +339,7 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     notes = _reasons(result.tests)
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
-    source = [str(options.study or options.out or "FILE.db")]
-    if source != [str(options.out)]:  # a study keeps no formulation, a table does
-        source += typed_options(OF_FORMULATION)
+    source = _source_of(options)
     following = command("pymoo-psi", "page", *source)
     if options.study is None and options.out is None:
         typed = click.get_current_context().obj
@@ -353,6 +354,13 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
         all_by=" ".join(command("pymoo-psi", "rank", *source, "--long")),
         out=options.out,
     )
+
+
+def _source_of(options: Options) -> list[str]:
+    """Return the words by which other commands open the result: a study keeps no formulation."""
+    if options.study is None and options.out is not None:
+        return [str(options.out)]
+    return [str(options.study or "FILE.db"), *typed_options(OF_FORMULATION)]
 
 
 def _added(result: Result, former: Result) -> str:
@@ -412,14 +420,19 @@ def run_ask(options: Options) -> int:
     out = require_output(options.out, suffixes_for("designs"), options.study)
     _import(problem, options, run)
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
-    for name in frame.select_dtypes("float"):  # in 15 digits, without those of rounding errors
-        frame[name] = [float(f"{value:.15g}") for value in frame[name]]
-    units = Study(options.study).facts().head.get("units", {})
-    write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
+    write_frame(_to_fill_in(frame, options.study), out)
     say(f"{counted(len(frame), 'design')} to test written to {options.out}.")
     say("Fill in the results, or why a test failed.")
     say_next(command("pymoo-psi", "tell", str(options.out), "--study", str(options.study)))
     return 0
+
+
+def _to_fill_in(designs: pd.DataFrame, study: Path) -> pd.DataFrame:
+    """Return designs to test with the units of their study, in 15 digits: no rounding errors."""
+    for name in designs.select_dtypes("float"):
+        designs[name] = [float(f"{value:.15g}") for value in designs[name]]
+    units = Study(study).facts().head.get("units", {})
+    return designs.rename(columns=lambda name: with_unit(name, units.get(name, "")))
 
 
 def run_tell(options: Options) -> int:
