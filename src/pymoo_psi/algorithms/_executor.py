@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._validation import Designs, Mask, Numbers, Received, Values, invalid
+from pymoo_psi._validation import Mask, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import EvaluationError
@@ -213,41 +213,30 @@ class Executor:
         if not model.has_requirements and self._known is None:
             return {}
         X = points.matrix(model.space)
-        is_met = model.meets_requirements(X).tolist()
-        keys = self._keys(X)
-        known = self._known or {}
-        answers: dict[int, Values] = {}
-        for number, meets, key in zip(points.numbers.tolist(), is_met, keys, strict=True):
-            if not meets:
-                answers[number] = _NOT_RUN
-            elif key in known:
-                answers[number] = known[key]
+        is_unmet = ~model.meets_requirements(X)
+        answers = dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
+        if self._known is not None:
+            for number, key in zip(points.numbers.tolist(), model.keys(X), strict=True):
+                if key in self._known:
+                    answers.setdefault(number, self._known[key])
         return answers
-
-    def _keys(self, X: Designs) -> list[str]:
-        """Return a key of each design, by which it is recognised; "" where designs do not recur."""
-        if self._known is None:
-            return [""] * len(X)
-        return self._model.keys(X)
 
     def _without_answer(self, points: Points) -> Points:
         """Return the points for which the model is to be called; note answers of the others."""
+        model = self._model
         answers = self.answers(points)
         self._answers |= answers
-        n_not_run = sum(values is _NOT_RUN for values in answers.values())
-        if n_not_run:
-            self._model.problem.n_not_run += n_not_run
-        if answers:
-            points = points.at(~np.isin(points.numbers, [*answers]))
+        if model.has_requirements:
+            model.problem.n_not_run += [*answers.values()].count(_NOT_RUN)
+        points = points.without([*answers])
         if self._known is None:
             return points
-        is_first = []
-        keys = self._keys(points.matrix(self._model.space))
-        for number, key in zip(points.numbers.tolist(), keys, strict=True):
+        is_first = np.zeros(len(points), dtype=bool)
+        for row, key in enumerate(model.keys(points.matrix(model.space))):
             same_design = self._waiting.setdefault(key, [])
-            is_first.append(not same_design)
-            same_design.append(number)
-        return points.at(np.array(is_first, dtype=bool))
+            is_first[row] = not same_design
+            same_design.append(int(points.numbers[row]))
+        return points.at(is_first)
 
     def learn(self, tests: TestTable) -> None:
         """Learn the results of tests, where designs recur; answer the points that wait for them."""

@@ -88,9 +88,8 @@ class Ledger:
 
     def add(self, points: Points) -> None:
         """Add points, numbered above all earlier ones."""
-        planned = Ledger(points)
         self.points = self.points.joined(points)
-        self.stages = np.append(self.stages, planned.stages)
+        self.stages = np.append(self.stages, Ledger(points).stages)
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
@@ -251,12 +250,12 @@ class Run:
     def known(self, points: Points) -> TestTable:
         """Return the tests of the points that need no evaluation, by number."""
         stored = self.store.recall(points)
-        points = points.at(~np.isin(points.numbers, stored.numbers))
-        answers = self.executor.answers(points)
+        answers = self.executor.answers(points.without(stored.numbers))
         if not answers:
             return stored
         points = points.at(np.isin(points.numbers, [*answers]))
-        return by_number([stored, self.model.tests(points, [*answers.values()])])
+        values = [answers[number] for number in points.numbers.tolist()]
+        return by_number([stored, self.model.tests(points, values)])
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
@@ -413,7 +412,7 @@ class Run:
             # another process may have stored some meanwhile
             stored = self.store.recall(points)
         if len(stored):
-            points = points.at(~np.isin(points.numbers, stored.numbers))
+            points = points.without(stored.numbers)
             self._report(Block(stored.numbers, stored))
         if len(points):
             self.executor.submit(points)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
     AnyArray,
@@ -211,6 +212,10 @@ class Points:
     def at(self, rows: Any) -> Points:
         """Return the points in some rows: indices, a mask or a slice."""
         return self._with(self.numbers[rows], lambda array, _: array[rows])
+
+    def without(self, numbers: ArrayLike) -> Points:
+        """Return the points that have none of some numbers."""
+        return self.at(~np.isin(self.numbers, numbers))
 
     def joined(self, others: Points) -> Points:
         """Return these points, followed by others of the same source."""

@@ -349,7 +349,7 @@ class SurrogateSource(Source):
 
     def _pending(self) -> Points:
         """Return the points that are being tested."""
-        return self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
+        return self._points.without(self._tests.numbers)
 
     def _next_round(self) -> Points:
         """Return the points of the next round, which are stored."""
