@@ -968,6 +968,8 @@ def test_every_design_is_drawn(show, n):
         reader.settle()
         if len(shown) == len(frame):
             assert f"{shown['heat'].isna().sum()} design" in reader.text("#key")
+    reader.page.get_by_label("Plot, up").select_option("heat")  # no column against itself
+    assert reader.state["plot"] == ["f2", "heat"]
     # A design that is looked at, and those chosen and pinned, are inside.
     reader.set(limits={}, pins=["design number 0"])
     assert "at the edge" not in reader.text("#key")

@@ -26,7 +26,7 @@ function showCharts() {
 const legend = (id, entries) => renew(id, entries.filter(Boolean).map(([icons, text, isPictured]) =>
   make(isPictured ? "li.pictured" : "li", icons, text)))
 const legendOfMarks = () => [...Map.groupBy(marks, ({look}) => look)].map(([look, some]) =>
-  [icon(LOOKS[look]), some.length > MOST_PINS ? look : `${look}: ${listed(some.map(({row}) => called(row)))}`, look === "proposed"])
+  [icon(LOOKS[look]), some.length > MOST_PINS ? look : `${look}: ${listed(rowsOf(some).map(called))}`, look === "proposed"])
 const DENSITY = "; darker: more of them"
 
 // A design under the pointer is marked in all charts and in the table.

@@ -44,7 +44,7 @@ function ratiosOf(weights) {
 // best value; weights are 1 unless given.
 function preference(ranking, {weights, aspiration}) {
   const {objectives, F} = data
-  if (ranking.count === 0) return []
+  if (!ranking.count) return []
   const {frame, front} = ranking
   const ratios = ratiosOf(weights)
   const w = ratios.map((ratio) => max(...ratios) > 0 ? ratio / sum(ratios) : 1 / ratios.length)

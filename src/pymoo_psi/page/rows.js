@@ -16,7 +16,7 @@ const betterText = ({maximize}) => (maximize ? "more is better" : "less is bette
 function objectivesInOrder() {
   const {rows, hidden} = state
   const names = unique([...rows, ...namesOf(data.objectives)])
-  return names.map((name) => columnOf(name)).filter((column) => isObjective(column) && !hidden.includes(column.name))
+  return names.map(columnOf).filter((column) => isObjective(column) && !hidden.includes(column.name))
 }
 
 function toggleRow(key, name) {

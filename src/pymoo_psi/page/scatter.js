@@ -193,7 +193,9 @@ const scatter = (() => {
     select.append(...data.numeric.map(({label}) => make("option", label)))
     select.onchange = () => {
       zoom = 1
-      change({plot: namesOf(plotColumns()).with(k, data.numeric[select.selectedIndex].name)})
+      const plot = namesOf(plotColumns())
+      const {name} = data.numeric[select.selectedIndex]
+      change({plot: plot.includes(name) ? plot.toReversed() : plot.with(k, name)}) // no column against itself
     }
   })
   const {size, clean, fit} = layers(area, 2)

@@ -28,7 +28,7 @@ function showTable() {
   markInTable()
   const further = order.length - mostRows
   renew("more-rows", further > 0 && `Show ${exact(min(further, 3 * mostRows))} more`)
-  $("export").disabled = order.length === 0
+  $("export").disabled = !order.length
   renew("shown", counted(order.length, "design"))
   const count = ranking.rows.length - ranking.front.length
   renew("dominated", count && `${state.dominated ? "hide" : "show"} ${exact(count)} dominated`)
