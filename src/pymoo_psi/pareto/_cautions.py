@@ -267,18 +267,21 @@ class _Checks:
         Args:
             column: ``(n,)`` its values for all designs, in the original direction.
         """
-        none = np.zeros(len(column), dtype=bool)
+        is_unlike = np.zeros(len(column), dtype=bool)
         order = order_of(column)
-        pool = _distinct(column.take(order[self.ranking.pareto.take(order)]))
-        if len(pool) <= _OTHERS:  # too few to show what is usual
-            pool = np.unique(column.take(self.near_front()))
-        if len(pool) <= _OTHERS:
-            return none
-        low, high = _unlike_ends(pool, _distinct(column.take(order)))
-        is_unlike = (column <= low) | (column >= high)
-        if is_unlike[self.rows].any():
+        usual = _distinct(column.take(order[self.ranking.pareto.take(order)]))
+        if len(usual) <= _OTHERS:  # too few to show what is usual
+            usual = np.unique(column.take(self.near_front()))
+        if len(usual) <= _OTHERS:
             return is_unlike
-        return none
+        every = _distinct(column.take(order))
+        low = -_first_unlike(-usual[::-1], -every[::-1])
+        high = _first_unlike(usual, every)
+        if usual[0] == -1 and usual[1] > 0:  # a code among positive values
+            low = -1.0
+        if column[self.rows].min() <= low or column[self.rows].max() >= high:
+            is_unlike = (column <= low) | (column >= high)
+        return is_unlike
 
     def optimal_first(self, mask: Mask) -> Rows:
         """Return the rows of the ranking that a mask selects, the Pareto-optimal ones first."""
@@ -507,28 +510,15 @@ def _distinct(ordered: Array) -> Array:
     return np.asarray(ordered[np.append(True, ordered[1:] > ordered[:-1])])
 
 
-def _unlike_ends(values: Array, all_values: Array) -> tuple[float, float]:
-    """Return up to which and from which value on values are unlike the others; infinite if none is.
+def _first_unlike(values: Array, all_values: Array) -> float:
+    """Return from which of the greatest values on, a quarter at most, they are unlike the others.
 
     Args:
         values: ``(k,)`` values of the front, distinct and increasing, k > 4.
         all_values: ``(n,)`` those of all designs.
-    """
-    n_low = _n_unlike(-values[::-1], -all_values[::-1])
-    n_high = _n_unlike(values, all_values)
-    if values[0] == -1 and values[1] > 0:  # a code among positive values
-        n_low = 1
-    low = values[n_low - 1] if n_low else -np.inf
-    high = values[-n_high] if n_high else np.inf
-    return low, high
 
-
-def _n_unlike(values: Array, all_values: Array) -> int:
-    """Return how many of the greatest values are unlike the others; at most a quarter of all.
-
-    Args:
-        values: ``(k,)`` values of the front, distinct and increasing, k > 4.
-        all_values: ``(n,)`` those of all designs.
+    Returns:
+        The value; infinity if all are alike.
     """
     quarter = len(values) // 4
     counts = np.arange(quarter, 0, -1)
@@ -542,8 +532,8 @@ def _n_unlike(values: Array, all_values: Array) -> int:
     ranges = (least - below) / (counts * (high - low))
     for i in np.flatnonzero(ranges > 1):
         if _is_unlike(least[i], low, high[i], ranges[i]):
-            return int(counts[i])
-    return 0
+            return float(least[i])
+    return np.inf
 
 
 def _is_unlike(value: float, low: float, high: float, ranges: float) -> bool:

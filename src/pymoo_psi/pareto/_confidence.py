@@ -63,7 +63,7 @@ def probabilities(
     if len(means) > _MANY:
         n_samples = _SAMPLES_OF_MANY
     generator = np.random.default_rng(_SEED)
-    n_pareto, n_best, n_near = np.zeros((3, len(means)))
+    times = np.zeros((len(means), 3))
     for _ in range(n_samples):
         steps = generator.standard_normal(means.shape)
         if counts is not None:
@@ -75,11 +75,10 @@ def probabilities(
         least = distance[is_pareto].min()
         if np.isinf(frame.scale).all():  # one design is the best in all: no other is near
             distance[~is_pareto] = np.inf
-        n_pareto += is_pareto
-        n_best += is_pareto & (distance <= least * (1 + _ROUNDING))
-        n_near += distance <= least * (1 + NEAR_BEST)
-    shares = np.column_stack([n_pareto, n_best, n_near]) / n_samples
-    return ranking.objectives.original(means), shares
+        is_best = is_pareto & (distance <= least * (1 + _ROUNDING))
+        is_near = distance <= least * (1 + NEAR_BEST)
+        times += np.column_stack([is_pareto, is_best, is_near])
+    return ranking.objectives.original(means), times / n_samples
 
 
 def _noise_ratios(generator: np.random.Generator, shape: tuple[int, int], counts: Array) -> Array:
