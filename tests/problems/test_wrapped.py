@@ -14,6 +14,7 @@ from pymoo_psi import (
     Required,
     Restricted,
     Robust,
+    compare,
     investigate,
 )
 from pymoo_psi.problems import WrappedProblem
@@ -141,6 +142,14 @@ def test_the_wrapped_problem_replaces_nan():
     problem = Model(lambda x: {"F": [np.nan, x[0]]}, n_var=2, replace_nan_values_by=9.0)
     F = Restricted(problem, BOX).evaluate(np.array([[0.3, 0.4]]))
     np.testing.assert_array_equal(F, [[9.0, 0.3]])
+
+
+def test_a_comparison_counts_the_values_that_failed_designs_have():
+    """No algorithm of it gets another problem than the tolerant one."""
+    tolerant = FailureTolerant(model())
+    runs = compare(tolerant, n_evaluations=24, seeds=1, algorithms=["psi", "nsga3"], progress=False)
+    assert runs.to_frame()["evaluated"].tolist() == [24, 24]
+    assert tolerant.failures
 
 
 def test_a_wrapper_that_changes_values_has_no_front():
