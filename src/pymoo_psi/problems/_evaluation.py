@@ -347,7 +347,7 @@ class FailureTolerant(WrappedProblem):
     ``pop.get("failure")`` returns the reason for each individual, empty if it did not fail;
     ``problem.failures`` also lists designs that an algorithm has dropped. PSI and ``investigate``
     keep failures in their table instead. Of several wrappers it must be the outermost; only
-    ``Recorded`` may be around it.
+    ``Recorded`` may be around it, and :class:`Robust`, for which failed designs have no values.
 
     If a vectorised problem raises, its designs are evaluated again one by one, so that only those
     that raise fail. The model receives copies of the designs, which it may change. Bounds,

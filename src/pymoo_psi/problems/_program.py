@@ -35,7 +35,7 @@ from pymoo_psi._validation import (
     Values,
     boolean,
     invalid,
-    known_name,
+    known_names,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._design_space import numbered
@@ -210,8 +210,7 @@ class ProgramProblem(ElementwiseProblem):
         further = ("limits", "requirements", "name", "key", "noisy")
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-            for word in sections:
-                known_name("a section", word, (*needed, *further))
+            known_names("a section", sections, (*needed, *further))
             return cls(**needed | sections, base=path.parent, **kwargs)
         except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
             message = f"{path}: {error}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from pymoo_psi._validation import (
     Values,
     collection,
     invalid,
-    known_name,
+    known_names,
     wrong_type,
 )
 from pymoo_psi.problems._design_space import column_titles, design_space, numbered
@@ -66,8 +66,8 @@ class Requirement:
                 rule,
             )
         terms = [Expression.of(term) for term in _SIGN.split(rule)[::2]]
-        for column in chain.from_iterable(term.columns for term in terms):
-            known_name(f"a name in {where}", column, variables)
+        for term in terms:
+            known_names(f"a name in {where}", term.columns, variables)
         requirement = cls(name, rule, signs[0], terms)
         if requirement.sign == "=":
             requirement.equality(variables)  # one that is not linear is refused here

@@ -29,6 +29,7 @@ from pymoo_psi._validation import (
     finite_number,
     invalid,
     known_name,
+    known_names,
     mapping,
     plain_value,
     positive_number,
@@ -499,8 +500,8 @@ def expressions_of(outputs: Mapping[str, Output], variables: Entries) -> dict[st
     for name, output in outputs.items():
         if output.expression:
             expressions[name] = Expression.of(output.expression)
-            for operand in expressions[name].columns:
-                known_name(f"a name in the expression of {name}", operand, operands)
+            used = expressions[name].columns
+            known_names(f"a name in the expression of {name}", used, operands)
         operands.append(name)
     return expressions
 
@@ -511,8 +512,7 @@ def directions_of(entry: Any, outputs: Entries) -> Directions:
     objectives = [*directions.minimize, *directions.maximize]
     if not objectives:
         raise invalid("objectives", "one or more outputs", objectives)
-    for objective in objectives:
-        known_name("an objective", objective, outputs)
+    known_names("an objective", objectives, outputs)
     return directions
 
 
@@ -537,8 +537,8 @@ def sections(where: str, kind: type[Any], entries: Any) -> Values:
 def section(where: str, kind: type[Any], entry: Any) -> Any:
     """Return a section of a file as a value of its class, whose annotations are its schema."""
     settings = [setting.name for setting in fields(kind)]
-    for word in mapping(where, entry, "settings to values"):
-        known_name(f"a setting of {where}", word, settings)
+    mapping(where, entry, "settings to values")
+    known_names(f"a setting of {where}", entry, settings)
     # NumPy's numbers and arrays, and ranges, become Python's numbers and lists.
     plain = msgspec.to_builtins(entry, enc_hook=plain_value)
     try:

@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     boolean,
     finite_number,
     invalid,
-    known_name,
+    known_names,
     real_array,
     require_shape,
 )
@@ -225,8 +225,7 @@ class Restricted(Transformed):
 def _parts_by_title(bounds: Any, titles: Names) -> Values:
     """Return the bounds, values or options by the titles of variables; pairs with NaN are none."""
     if isinstance(bounds, Mapping):
-        for title in bounds:
-            known_name("a variable of bounds", title, titles)
+        known_names("a variable of bounds", bounds, titles)
         return dict(bounds)
     pairs = real_array("bounds", bounds, "or a mapping from variables to bounds or values")
     require_shape("bounds", pairs, (2, len(titles)))
