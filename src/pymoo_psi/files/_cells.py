@@ -33,7 +33,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import compress
+from itertools import chain, compress
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -309,14 +309,13 @@ def named_cells(rows: RowsByLine) -> Cells:
     if names[0] == "":
         names[0] = "index"  # data frames write the numbers of rows without a name
     first, *_ = rows
-    _, *others = rows.values()
     is_nameless = [name == "" for name in names]  # as by a comma at the end of every line
-    for row in others:
-        if not all(map(is_blank, compress(row, is_nameless))):
-            raise UnfitError(
-                "a name is empty in its first line, which must name the columns",
-                f"if it is a title, skip it by {argument('skip_rows', [first])}; else complete it",
-            )
+    _, *others = [[*compress(row, is_nameless)] for row in rows.values()]
+    if not all(map(is_blank, chain(*others))):
+        raise UnfitError(
+            "a name is empty in its first line, which must name the columns",
+            f"if it is a title, skip it by {argument('skip_rows', [first])}; else complete it",
+        )
     return _cells_below(rows, names)
 
 

@@ -512,10 +512,8 @@ def _claims(
         objectives = [name for name in columns if name in asked]
     variables = variables or numbered[VARIABLE]
     if len(objectives) < (1 if named else 2):
-        others = []
-        for name, column in columns.items():
-            if name in (*labels, *variables) or column.codes is not None:
-                others.append(name)
+        codes = [name for name in columns if columns[name].codes is not None]
+        others = [name for name in columns if name in (*labels, *variables, *codes)]
         raise UnfitError(
             "two columns or more must be of numbers, without labels, variables and codes such as "
             f"01067 ({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
@@ -693,12 +691,11 @@ def _table(
     described = {}
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
-        kind = Kind.CHOICE if role == NOTE else kind_of_cells(data[name])
-        unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
-        described[name] = Column(name, role, kind)
+        described[name] = Column(name, role, Kind.CHOICE)
         if role != NOTE:
-            upward = name in maximize and role != VARIABLE
-            described[name] = described[name]._replace(unit=unit, maximize=upward)
+            unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
+            is_upward = name in maximize and role != VARIABLE
+            described[name] = Column(name, role, kind_of_cells(data[name]), unit, is_upward)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))

@@ -112,21 +112,7 @@ def designs_of(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", value)
-    rows: Any = value
-    if source_type(rows) == "frame":
-        rows = rows.to_dict("records")
-    elif not isinstance(rows, np.ndarray) or rows.ndim == 1:
-        rows = list(rows)
-    if variables is None and len(rows) and isinstance(rows[0], Mapping):
-        variables = [Column(name, VARIABLE, None) for name in rows[0]]
-    array = _matrix(rows, variables or ())
-    if variables is None and array.ndim == 2:
-        variables = Schema.of(array.shape[1]).with_role(VARIABLE)
-    n_var = "n_var" if variables is None else len(variables)
-    if variables is None or array.shape[1:] != (n_var,):
-        raise invalid("X", f"of shape (n, {n_var})", Received(f"shape {array.shape}"))
+    array, variables = _matrix(value, variables)
     columns = []
     data: Columns = {}
     for column, values in zip(variables, array.T, strict=True):
@@ -142,10 +128,29 @@ def designs_of(
     return data, columns
 
 
-def _matrix(rows: Any, variables: Sequence[Column]) -> AnyArray:
-    """Return designs as a new array; of float64 if whole numbers beside fractions are real."""
-    if isinstance(rows, np.ndarray):
-        return np.array(rows, order="C")
+def _matrix(designs: Any, variables: Sequence[Column] | None) -> tuple[AnyArray, Sequence[Column]]:
+    """Return designs in any form as a new ``(n, n_var)`` array, and the variables."""
+    if isinstance(designs, str) or not isinstance(designs, Iterable):
+        raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", designs)
+    if isinstance(designs, np.ndarray) and designs.ndim != 1:
+        array = np.array(designs, order="C")
+    else:
+        frame: Any = designs
+        is_frame = source_type(frame) == "frame"
+        rows = frame.to_dict("records") if is_frame else list(frame)
+        if variables is None and rows and isinstance(rows[0], Mapping):
+            variables = [Column(name, VARIABLE, None) for name in rows[0]]
+        array = _array_of_rows(rows, variables or ())
+    if variables is None and array.ndim == 2:
+        variables = Schema.of(array.shape[1]).with_role(VARIABLE)
+    n_var = "n_var" if variables is None else len(variables)
+    if variables is None or array.shape[1:] != (n_var,):
+        raise invalid("X", f"of shape (n, {n_var})", Received(f"shape {array.shape}"))
+    return array, variables
+
+
+def _array_of_rows(rows: Sequence[Any], variables: Sequence[Column]) -> AnyArray:
+    """Return rows as an array; of float64 if whole numbers beside fractions are real."""
     names = [column.name for column in variables]
     is_declared = bool(names) and all(column.kind for column in variables)
     cells = []
