@@ -75,6 +75,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
         ("solve chute --share a/2 --study r", "'--share': 'a' is not a valid whole number."),
         ("solve chute --jobs 0", "error: --jobs must be 1 or more, or -1 for one per core, got 0"),
         ("rank set.csv --out no/x.csv", "--out needs a folder that exists"),
+        ("analyze set.csv --out set.csv", "--out must be a folder, got 'set.csv'"),
         ("rank set.csv --units c=kg", "--units must be one of"),
         ("report set.csv --design 9", "--design must be the name of one design"),
         ("solve bnh --algorithm nsga4", "'nsga4' is not one of 'psi'"),

@@ -48,6 +48,7 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
         (["--answers", "Lane>Town"], "a design in --answers must be the name of one design"),
         (["--answers", "Town"], "pairs of designs such as A>B"),
         (["--answers", "Town>Town"], "two different ones"),
+        (["--answers", "Town>Coast", "--as", ""], "--as must be a name, got"),
         (["--answers", "Old>Town"], "Pareto optimal"),
         (["--answers", "Coast>Town", "--limits", "price<=35"], "got Coast, which is infeasible"),
         (["--answers", ""], "pairs of designs such as A>B"),

@@ -450,8 +450,11 @@ def results_folder(out: Path) -> Path:
     """Make a folder for results and return its absolute path.
 
     Raises:
+        ArgumentValueError: It is a file.
         OSError: The folder cannot be made or written to.
     """
+    if out.is_file():
+        raise invalid("--out", "a folder", str(out), "there is a file of this name")
     out.mkdir(parents=True, exist_ok=True)
     return _writable(out.absolute())
 

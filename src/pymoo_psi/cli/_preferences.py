@@ -82,6 +82,8 @@ def _former_position(decision: Decision, name: str | None) -> Values:
     """
     # By name the latest, as positions are in the order of their dates.
     positions = {position["name"]: position for position in decision.positions}
+    if name == "":  # an unset $NAME
+        raise invalid("--as", "a name", name)
     if name is None and len(positions) > 1:
         rule = "given, as there are several positions"
         raise invalid("--as", rule, Received(", ".join(positions)))

@@ -198,8 +198,9 @@ def _arguments(problem: str, names: Names) -> Values:
     try:
         texts = parser.make_context(problem, context.args).params
     except click.UsageError as error:
+        message = error.format_message().rstrip(".")
         listed = ", ".join(option.opts[0] for option in options) or "none"
-        raise PsiError(f"{error.format_message()} Arguments of {problem}: {listed}") from None
+        raise PsiError(f"{message}; arguments of {problem}: {listed}") from None
     arguments = {}
     for name in names:
         if texts[name]:
