@@ -155,6 +155,7 @@ def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
 
     monkeypatch.chdir(tmp_path)
     assert {line.split()[0] for line in printed().splitlines()[:-1]} == {*GUIDES} - {"index"}
+    assert printed("index") == printed()
     assert printed("tutorial").rstrip() == GUIDES["tutorial"].rstrip()
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
