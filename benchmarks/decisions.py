@@ -248,8 +248,9 @@ def summary(frame: pd.DataFrame) -> list[str]:
         shortfall = ((1 - shares["undirected"]) / (1 - shares["directed"]).clip(1e-4)).median()
         lines.append(
             f"- {title}: {len(shares)} cases; directed ahead in {100 * ahead:.0f} %, behind in "
-            f"{100 * behind:.0f} %; what is missing {shortfall:.1f} times smaller in the median; best compromise within "
-            f"{NEAR}: {100 * near['directed']:.0f} % against {100 * near['undirected']:.0f} %; "
+            f"{100 * behind:.0f} %; what is missing {shortfall:.1f} times smaller in the median; "
+            f"best compromise within {NEAR}: {100 * near['directed']:.0f} % against "
+            f"{100 * near['undirected']:.0f} %; "
             f"shares below 0.05: {(shares['directed'] < 0.05).sum()} against "
             f"{(shares['undirected'] < 0.05).sum()}"
         )
