@@ -305,9 +305,7 @@ def plot_objectives(
     with panels(len(pairs), n_columns, width=width) as (figure, axes):
         figure.is_divisible = True
         for ax, (first, second) in zip(axes, pairs, strict=True):
-            points.draw(ax, first, second, is_marked_apart=True)
-            points.mark_outside(ax, first, second)
-            points.name(figure, ax, first, second)
+            points.draw(ax, first, second, is_detailed=True)
         heading = ""
         sentence = ""
         n_pairs = comb(len(names), 2)
@@ -843,7 +841,7 @@ def plot_indicators(comparison: Comparison) -> Drawing:
     with panels(4, 2, height=61.0) as (figure, axes):
         for ax, indicator in zip(axes, _INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)
-            name_lines(figure, ax)
+            name_lines(ax)
         figure.is_divisible = True
         n_seeds = comparison.measures["seed"].dropna().nunique()
         seeds = counted(max(n_seeds, 1), "seed")

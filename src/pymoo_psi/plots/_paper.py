@@ -264,7 +264,7 @@ def _motion_figure(case: Case) -> Drawing:
     with panels(len(quantities), 2, head=5.0, height=42.0) as (figure, axes):
         figure.is_divisible = True
         for ax, (name, (curve_names, values)) in zip(axes, quantities.items(), strict=True):
-            _draw_motion(figure, ax, motion, values, curve_names)
+            _draw_motion(ax, motion, values, curve_names)
             ax.set_ylabel(name)
             head_axes(ax)
         title = (
@@ -287,9 +287,7 @@ def _motion_figure(case: Case) -> Drawing:
     return figure
 
 
-def _draw_motion(
-    figure: Drawing, ax: Axes, motion: Trajectory, values: Array, names: tuple[str, ...]
-) -> None:
+def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, ...]) -> None:
     """Draw the ``(n, k)`` values of k curves over the way, with the slip phase shaded.
 
     Each curve is interrupted at the transition to rolling, where the forces jump.
@@ -299,7 +297,7 @@ def _draw_motion(
     values = np.insert(values, n_slipping, np.nan, axis=0)
     for name, curve, style in zip(names, values.T, curves(), strict=False):
         ax.plot(eta, curve, label=name, **style | {"marker": ""})
-    name_lines(figure, ax)
+    name_lines(ax)
     slip_end = np.nan_to_num(motion.slip_end, nan=1.0)
     ax.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
     if slip_end < 1.0:
@@ -323,7 +321,7 @@ def _functions_figure(case: Case, n: int) -> Drawing:
         styles = curves()
         for ax, labels in zip(axes, _FUNCTIONS, strict=True):
             _draw_functions(ax, functions, labels, styles)
-            name_lines(figure, ax)
+            name_lines(ax)
             ax.axvline(speed, **_TRANSITION)
             ax.annotate(f"$c$ = {speed:g}", (speed, 1), (3, -8), ax.get_xaxis_transform(), **BESIDE)
         add_letters(figure)

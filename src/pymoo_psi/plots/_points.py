@@ -23,7 +23,6 @@ from pymoo_psi.plots._style import (
     ABOVE,
     ACCENT,
     NOTE,
-    Drawing,
     Style,
     literal,
     name_axis,
@@ -177,20 +176,22 @@ class Points:
         """The row of the design that is marked; empty if there is none."""
         return [*self.named][:1]
 
-    def draw(self, axes: Axes, first: str, second: str, *, is_marked_apart: bool = False) -> None:
+    def draw(self, axes: Axes, first: str, second: str, *, is_detailed: bool = False) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them.
 
         Args:
             axes: The axes.
             first: Name of the column across.
             second: Name of the column upwards.
-            is_marked_apart: Whether the key counts the marked design by its own mark only.
+            is_detailed: Whether designs have names, or places for want of room; whether those
+                outside have an arrow at the edge; and whether the key counts the marked design by
+                its own mark only.
         """
         x = self.columns[first]
         y = self.columns[second]
         mark = _MARKED
         front = _FRONT
-        if is_marked_apart and len(x.places) <= _MANY:  # the mark hides none of its neighbours
+        if is_detailed and len(x.places) <= _MANY:  # the mark hides none of its neighbours
             mark = mark | {"zorder": _BELOW_POINTS}
             front = front | {"zorder": _BELOW_MARK}
         for row in self.marked:
@@ -202,7 +203,7 @@ class Points:
             rows = mask & x.shows(x.places) & y.shows(y.places)
             n = int(mask.sum())
             label = f"{n} {name}"
-            if is_marked_apart and mask[self.marked].any():
+            if is_detailed and mask[self.marked].any():
                 rows[self.marked] = False
                 n -= 1
                 label = f"{counted(n, 'other')} {name}"
@@ -210,23 +211,25 @@ class Points:
                 axes.plot(x.places[rows], y.places[rows], label=label, **_markers(style, n))
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
+        if is_detailed:
+            self._mark_outside(axes, x, y)
+            first_name: Style = {"color": ACCENT, "fontweight": "bold"}
+            name_points(axes, np.column_stack([x.places, y.places]), self.named, first_name)
 
-    def mark_outside(self, axes: Axes, first: str, second: str) -> None:
+    def _mark_outside(self, axes: Axes, x: Column, y: Column) -> None:
         """Draw an arrow at the edge of axes for each design outside."""
-        x = self.columns[first]
-        y = self.columns[second]
+        label = f"{counted(self.outside.sum(), 'design')} outside the axes"
         sides = {
             "<": x.places < x.ends[0],
             ">": x.places > x.ends[1],
             "v": y.places < y.ends[0],
             "^": y.places > y.ends[1],
         }
-        for marker, rows in sides.items():
-            rows = rows & self.outside
+        for marker, is_there in sides.items():
+            rows = is_there & self.outside
             if rows.any():
                 across = np.clip(x.places[rows], *x.ends)
                 up = np.clip(y.places[rows], *y.ends)
-                label = f"{counted(self.outside.sum(), 'design')} outside the axes"
                 axes.plot(across, up, marker, label=label, **_OUTSIDE)
 
     @property
@@ -235,11 +238,6 @@ class Points:
         is_drawn = np.any([mask for _, mask in self.groups.values()], axis=0)
         is_visible = [column.shows(column.places) for column in self.columns.values()]
         return np.asarray(is_drawn & ~np.all(is_visible, axis=0))
-
-    def name(self, figure: Drawing, axes: Axes, first: str, second: str) -> None:
-        """Write names beside designs, or places for want of room; the first one in the accent."""
-        places = np.column_stack([self.columns[first].places, self.columns[second].places])
-        name_points(figure, axes, places, self.named, {"color": ACCENT, "fontweight": "bold"})
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""

@@ -453,8 +453,9 @@ def height_of_key(figure: Drawing) -> float:
     return height * 25.4
 
 
-def name_lines(figure: Drawing, axes: Axes) -> None:
+def name_lines(axes: Axes) -> None:
     """Write the labels of lines at their right ends, in their colours, none over another."""
+    figure: Any = axes.figure
     names = []
     for line in axes.lines:
         points = np.asarray(line.get_xydata())
@@ -477,18 +478,18 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
 
 
 def name_points(
-    figure: Drawing, axes: Axes, places: Array, names: Mapping[int, Sequence[str]], style: Style
+    axes: Axes, places: Array, names: Mapping[int, Sequence[str]], style: Style
 ) -> None:
     """Write names beside points, each where there is room when the figure is drawn.
 
     Args:
-        figure: The figure.
-        axes: Its axes.
+        axes: The axes.
         places: ``(n, 2)`` all points, which names avoid.
         names: Names by the row of their point, the most important first; each a text, and perhaps a
             shorter one for want of room.
         style: How the first name is written.
     """
+    figure: Any = axes.figure
     placed = []
     for row, texts in names.items():
         name = axes.annotate(texts[0], places[row], (0, 0), **_NAME | style)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from decimal import ROUND_CEILING, Context
 from typing import Any
@@ -21,7 +21,7 @@ import pandas as pd
 from pymoo_psi import plots
 from pymoo_psi._numbers import number, percent, percents
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Array, Values, counted
+from pymoo_psi._validation import Values, counted
 from pymoo_psi.analysis import (
     alike,
     beyond_limits,
@@ -161,45 +161,41 @@ class Choice:
 
     # The values
 
-    def values(self) -> list[Values]:
-        """Return the objectives in their order: texts, and places from the worst to the best."""
+    def values(self) -> Iterator[Values]:
+        """Yield the objectives in their order: texts, and places from the worst to the best."""
         objectives = self.ranking.objectives
-        rows = []
         for j, name in enumerate(objectives.names):
-            values = objectives.values[:, j]
-            marks = [values[self.row]]
+            column = objectives.values[:, j]
+            marks = [column[self.row]]
             for _, designs in self._beside:
                 marks += designs.column(name).astype(float).tolist()
             ends = (self.ranking.nadir[j], self.ranking.ideal[j])
-            shown = [*marks, *values[self.ranking.pareto]]
+            shown = [*marks, *column[self.ranking.pareto]]
             places, is_log = plots.places_between(shown, *ends)
             write = self.formats[name].text
             (value, place), *others = zip(map(write, marks), places.tolist(), strict=False)
-            hint = "more is better" if objectives.sign[j] < 0 else "less is better"
-            if is_log:
-                hint += ", log axis"
             behind = percent(self.explanation.shares[j])
             if not within_range(self.explanation.shares[j]):
                 behind = self.amount(name, self.explanation.behind[j])
             error = ""
             if has_errors(self.table):
-                of_design = self.table.column(error_column(name))[self.ranking.rows[self.row]]
-                error = f"±\N{NO-BREAK SPACE}{number(of_design, 2)}"
-            row = {
+                errors = self.table.column(error_column(name))
+                error = number(errors[self.ranking.rows[self.row]], 2)
+            # Of places on an axis those that can be told apart, but for that of the design.
+            ticks = {*np.round(_TICKS * np.clip(places[len(marks) :], 0.0, 1.0)).tolist()}
+            yield {
                 "name": name,
-                "unit": objectives.units.get(name, ""),
-                "hint": hint,
+                "is_maximized": objectives.sign[j] < 0,
+                "is_log": is_log,
                 "value": value,
                 "worst": write(ends[0]),
                 "best": write(ends[1]),
                 "behind": behind,
                 "place": place,
-                "ticks": _ticks(places[len(marks) :], place),
+                "ticks": sorted(ticks - {round(_TICKS * place)}),
                 "others": others,
                 "error": error,
             }
-            rows.append(row)
-        return rows
 
     def others(self) -> list[str]:
         """Return what is beside the design: the proposed one, if it is another; existing ones."""
@@ -279,8 +275,8 @@ class Choice:
             note = f"If {listed(best, 'or')} must be better, no design is left."
         return pd.DataFrame(rows, columns=["limit", "value", "new proposal"]), note
 
-    def designs(self) -> tuple[pd.DataFrame, str]:
-        """Return the designs by place, then those beyond limits, and a title."""
+    def designs(self) -> tuple[pd.DataFrame, int]:
+        """Return the designs by place, then those beyond limits, and how many there are in all."""
         schema = self.table.schema
         order = self.ranking.by_place
         rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
@@ -297,12 +293,7 @@ class Choice:
             heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
             columns.append((heading, list(map(self.formats[name].text, designs.column(name)))))
         columns.append(("status", list(map(self._status, rows.tolist()))))
-        title = f"All {n} designs"
-        if n == 1:
-            title = "The design"
-        elif n > n_listed:
-            title = f"The first {n_listed} of {counted(n, 'design')}"
-        return _frame(columns), title
+        return _frame(columns), n
 
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
@@ -338,7 +329,7 @@ class Choice:
         return frame[~frame["value"].isin(["", "—", "None"])]
 
     def representatives(self) -> tuple[pd.DataFrame, str]:
-        """Return a few designs that represent the Pareto set, and a caption."""
+        """Return a few designs that represent the Pareto set, and how far others are from them."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         objectives = self.ranking.objectives
         columns: list[tuple[str, Sequence[str]]] = []
@@ -348,27 +339,15 @@ class Choice:
             texts = [self.formats[name].text(value) for name, value in values]
             place = str(self.ranking.place[row])
             columns.append((self.ranking.name_of(row), [place, share, *texts]))
-        n = counted(self.ranking.pareto.sum(), "design")
         up = Context(prec=3, rounding=ROUND_CEILING)
-        radius = float(up.create_decimal(f"{few.radius:.12g}"))  # but for rounding errors
-        caption = (
-            f"{len(few.rows)} designs represent the {n} that no other dominates. Each stands for "
-            f"those nearest to it, none farther than {number(radius, 3)}."
-        )
-        return _frame(columns), caption
+        radius = up.create_decimal(f"{few.radius:.12g}")  # but for rounding errors
+        return _frame(columns), number(float(radius), 3)
 
 
 def _frame(columns: list[tuple[str, Sequence[str]]]) -> pd.DataFrame:
     """Return a frame of columns, some of which may have the same heading."""
     headings, texts = zip(*columns, strict=True)
     return pd.DataFrame(dict(enumerate(texts))).set_axis(headings, axis="columns")
-
-
-def _ticks(places: Array, marked: float) -> str:
-    """Return the ticks at places on an axis as a path of SVG, without that at a marked place."""
-    ticks = {*np.round(_TICKS * np.clip(places, 0.0, 1.0)).astype(int).tolist()}
-    ticks.discard(round(_TICKS * marked))
-    return "".join(f"M{tick} 0v10" for tick in sorted(ticks))
 
 
 def _few(texts: list[str]) -> str:
@@ -477,15 +456,10 @@ def _cell(value: Any) -> str:
 
 
 def problem_facts(table: TestTable) -> Values:
-    """Return facts about the problem by name."""
+    """Return facts about the problem by name; those that are unknown are None."""
     problem = table.problem or {}
     facts = {"Problem": problem.get("problem"), "points": problem.get("sampling")}
-    facts |= {"key": problem.get("key"), **(problem.get("parameters") or {})}
-    return {
-        name: fact
-        for name, fact in facts.items()
-        if fact is not None and not isinstance(fact, Mapping)
-    }
+    return facts | {"key": problem.get("key"), **(problem.get("parameters") or {})}
 
 
 def failures(table: TestTable) -> pd.DataFrame:
