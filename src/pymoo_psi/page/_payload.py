@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._numbers import NumberFormat
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import AnyArray, Array, Mask, Values
 from pymoo_psi.pareto import SENTENCES, enough_digits, nondominated
 from pymoo_psi.sequences import lp_tau
@@ -27,6 +28,7 @@ from pymoo_psi.table import (
     TestTable,
     added_columns,
     free_name,
+    headings_of,
 )
 
 # Values farther beyond the first and the last tenth, in units of the distance between these, are
@@ -90,9 +92,9 @@ def _export(table: TestTable, columns: Sequence[Values]) -> Values:
     """Return what the metadata of an export say of its columns (CSVW), and the roles of these."""
     schema = table.schema
     label = schema.label or TEST
-    names = [label, *(column["name"] for column in columns)]
+    headings = headings_of([label, *(column["name"] for column in columns)], schema.units)
     # What we add is named apart, so that no name of the user's changes.
-    place, mark = added_columns([*names, *(column["label"] for column in columns)])
+    place, mark = added_columns([*headings, *headings.values()])
     kind = "string"
     if all(isinstance(one, int) for one in _labels(table)):
         kind = "integer"
@@ -101,10 +103,7 @@ def _export(table: TestTable, columns: Sequence[Values]) -> Values:
         {"titles": label, "datatype": kind},
     ]
     for column in columns:
-        title = column["label"]
-        if title in names:  # perhaps of another column
-            title = column["name"]
-        entry = {"titles": title, "datatype": "number"}
+        entry = {"titles": headings[column["name"]], "datatype": "number"}
         if column["texts"] is not None:
             entry["datatype"] = "string"
         if column["unit"]:
@@ -188,13 +187,10 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Values]:
     columns = []
     for j, (role, name) in enumerate(roles(tables[0])):
         unit = schema.units.get(name, "")
-        label = name
-        if unit and not name.endswith(f"[{unit}]"):
-            label = f"{name} [{unit}]"
         column: Values = {
             "field": f"c{j}",  # free of the user's characters
             "name": name,
-            "label": label,
+            "label": with_unit(name, unit),
             "unit": unit,
             "role": role,
             "maximize": name in schema.maximize,
