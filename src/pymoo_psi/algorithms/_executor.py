@@ -7,7 +7,7 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -209,34 +209,43 @@ class Executor:
 
     def answers(self, points: Points) -> dict[int, Values]:
         """Return values of the points for which the model is not called, by their numbers."""
-        model = self._model
-        if not model.has_requirements and self._known is None:
+        return self._answers_of(points, self._keys(points))
+
+    def _keys(self, points: Points) -> dict[int, str]:
+        """Return the keys of designs by the numbers of their points; none if no design recurs."""
+        if self._known is None:
             return {}
-        X = points.matrix(model.space)
-        is_unmet = ~model.meets_requirements(X)
-        answers = dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
-        if self._known is not None:
-            for number, key in zip(points.numbers.tolist(), model.keys(X), strict=True):
-                if key in self._known:
-                    answers.setdefault(number, self._known[key])
+        keys = self._model.keys(points.matrix(self._model.space))
+        return dict(zip(points.numbers.tolist(), keys, strict=True))
+
+    def _answers_of(self, points: Points, keys: Mapping[int, str]) -> dict[int, Values]:
+        model = self._model
+        answers = {}
+        if model.has_requirements:
+            is_unmet = ~model.meets_requirements(points.matrix(model.space))
+            answers = dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
+        known = self._known or {}
+        for number, key in keys.items():
+            if key in known:
+                answers.setdefault(number, known[key])
         return answers
 
     def _without_answer(self, points: Points) -> Points:
         """Return the points for which the model is to be called; note answers of the others."""
-        model = self._model
-        answers = self.answers(points)
+        keys = self._keys(points)
+        answers = self._answers_of(points, keys)
         self._answers |= answers
-        if model.has_requirements:
-            model.problem.n_not_run += [*answers.values()].count(_NOT_RUN)
-        points = points.without([*answers])
-        if self._known is None:
-            return points
-        is_first = np.zeros(len(points), dtype=bool)
-        for row, key in enumerate(model.keys(points.matrix(model.space))):
+        if self._model.has_requirements:
+            self._model.problem.n_not_run += [*answers.values()].count(_NOT_RUN)
+        left_out = [*answers]
+        for number, key in keys.items():
+            if number in answers:
+                continue
             same_design = self._waiting.setdefault(key, [])
-            is_first[row] = not same_design
-            same_design.append(int(points.numbers[row]))
-        return points.at(is_first)
+            if same_design:
+                left_out.append(number)
+            same_design.append(number)
+        return points.without(left_out)
 
     def learn(self, tests: TestTable) -> None:
         """Learn the results of tests, where designs recur; answer the points that wait for them."""

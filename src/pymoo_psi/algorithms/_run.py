@@ -54,53 +54,47 @@ SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
-# How far a point has come.
-_PLANNED = 0  # its source has returned it
-_STARTED = 1  # it was looked up, and is evaluated if it had no test
-_STORED = 2  # its test is stored
-
-
 class Ledger:
     """The points of a run that its source has returned, until their tests are taken.
+
+    Points are planned; then started, in their order; then stored, in any order.
 
     Args:
         points: The points, of which none is started.
 
     Attributes:
         points: ``(n,)`` the points, by number.
-        stages: ``(n,)`` how far each has come. They are started in their order.
+        n_started: How many of them, the first ones, were looked up, and are evaluated if they had
+            no test.
+        is_stored: ``(n,)`` whether the test of each is stored.
         blocks: The tests that are stored and not taken.
     """
 
     def __init__(self, points: Points) -> None:
         self.points = points
-        self.stages = np.full(len(points), _PLANNED, dtype=np.int8)
+        self.n_started = 0
+        self.is_stored = np.zeros(len(points), dtype=bool)
         self.blocks: list[Block] = []
-
-    @property
-    def n_started(self) -> int:
-        """How many points are started; these are the first ones."""
-        return int(np.count_nonzero(self.stages != _PLANNED))
 
     def n_missing(self, count: int) -> int:
         """Return how many of the first points, so many of them, have no stored test."""
-        return int(np.count_nonzero(self.stages[:count] != _STORED))
+        is_stored = self.is_stored[:count]
+        return len(is_stored) - int(np.count_nonzero(is_stored))
 
     def add(self, points: Points) -> None:
         """Add points, numbered above all earlier ones."""
         self.points = self.points.joined(points)
-        self.stages = np.append(self.stages, Ledger(points).stages)
+        self.is_stored = np.append(self.is_stored, np.zeros(len(points), dtype=bool))
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
-        first = self.n_started
-        rows = slice(first, first + count)
-        self.stages[rows] = _STARTED
-        return self.points.at(rows)
+        points = self.points.at(slice(self.n_started, self.n_started + count))
+        self.n_started += len(points)
+        return points
 
     def store(self, block: Block) -> None:
         """Note tests that are stored."""
-        self.stages[np.searchsorted(self.points.numbers, block.numbers)] = _STORED
+        self.is_stored[np.searchsorted(self.points.numbers, block.numbers)] = True
         self.blocks.append(block)
 
     def take(self, last: int) -> Iterator[Block]:
@@ -121,11 +115,12 @@ class Ledger:
 
     def drop_untested(self) -> None:
         """Drop the points without a stored test."""
-        self._keep(self.stages == _STORED)
+        self._keep(self.is_stored)
 
     def _keep(self, rows: Mask) -> None:
+        self.n_started = int(np.count_nonzero(rows[: self.n_started]))
         self.points = self.points.at(rows)
-        self.stages = self.stages[rows]
+        self.is_stored = self.is_stored[rows]
 
 
 class Run:
