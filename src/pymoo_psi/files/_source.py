@@ -119,6 +119,7 @@ _FAILURE = re.compile(
 _UPWARD = re.compile(
     r"[↑▲⬆]|[(\[](?:max\.?|maximi[sz]ed?|(?:more|higher|larger) is better)[)\]]", re.IGNORECASE
 )
+_MAY_BE_RANKED = "may be ranked"  # a remark for a list of such columns
 _FEW = 6  # the most words that a limit to be written lists
 _TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
@@ -475,11 +476,6 @@ def _count_on(numbers: Array) -> bool:
     return bool((numbers[1:] == numbers[:-1] + 1).all())  # unlike a difference, never overflows
 
 
-def _number_rows(numbers: Array | None) -> bool:
-    """Whether numbers are those of rows, from 0 or 1."""
-    return numbers is not None and numbers[0] in (0, 1) and _count_on(numbers)
-
-
 def _claims(
     columns: Mapping[str, TextColumn],
     formulation: Formulation,
@@ -565,64 +561,6 @@ def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, list[str]]:
     return {role: [] for role in names}
 
 
-def _role(column: TextColumn, claim: str) -> str:
-    """Return the role of a column: as it is claimed to be if it can be that, else as its cells.
-
-    A label is a note until the table has it; a variable is without gaps; a constraint is an output,
-    as a file does not say that it is one.
-    """
-    if claim in (OBJECTIVE, OUTPUT):
-        return claim
-    if claim == VARIABLE and not column.problem and not column.gaps().any():
-        return VARIABLE
-    if claim == LABEL or column.numbers is None:
-        return NOTE
-    return OUTPUT
-
-
-def _remark(cells: Cells, column: TextColumn, claim: str, role: str, *, is_guess: bool) -> str:
-    """Return a sentence on a column that a reader may take for something else, or ""."""
-    name = column.name
-    numbers = column.numbers
-    if claim == VARIABLE and role != VARIABLE:
-        problem = column.problem or cells.place(name, int(column.gaps().argmax()))
-        return f"{name} is no variable: {problem}."
-    if claim in _MET and numbers is not None:
-        limit = _MET[claim]
-        n_beyond = int((limit.excess(name, numbers) > 0).sum())
-        if n_beyond:
-            return (
-                f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
-                f"is one, say --limits '{limit.written(name)}', or limits= in Python."
-            )
-    if is_guess and role == NOTE and claim != LABEL:
-        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-        if texts and all(map(_TIME.fullmatch, texts)):
-            return f"{name} holds times; to rank by it, write them as numbers."
-    return ""
-
-
-def _is_left_out(column: TextColumn, claim: str, columns: Collection[str]) -> bool:
-    """Whether a column that the rules do not take for an objective may be one to the reader.
-
-    Args:
-        column: The column.
-        claim: What it is taken for by :func:`_claims`.
-        columns: The names of all columns.
-    """
-    numbers = column.numbers
-    if claim != LABEL:
-        return claim in ("", *_MET) and column.may_hold_numbers()
-    if _word(column.name) not in _LABELS:
-        return column.codes is not None
-    if numbers is None:
-        return False
-    if column.name == next(iter(columns)) or _word(column.name) in _IDS:
-        names = numbers.tolist()
-        return len({*names}) < len(names) or not all(map(float.is_integer, names))
-    return not _number_rows(numbers)
-
-
 def _roles(
     cells: Cells,
     columns: Mapping[str, TextColumn],
@@ -651,21 +589,69 @@ def _roles(
             "objectives."
         )
     for name, claim in claims.items():
-        roles[name] = _role(columns[name], claim)
-        remark = _remark(cells, columns[name], claim, roles[name], is_guess=is_guess)
+        roles[name], remark = _role(cells, columns[name], claim, is_guess=is_guess)
         if claim == OBJECTIVE and name not in maximize and _UPWARD.search(name):
             option = f"--maximize '{entry_of(name)}', or maximize= in Python"
             remark = f"{name} is minimised; if more is better, say {option}."
-        if remark:
-            remarks.append(remark)
-        elif is_guess and _is_left_out(columns[name], claim, columns):
+        if remark == _MAY_BE_RANKED:
             unranked.append(name)
-    if unranked:
+        elif remark:
+            remarks.append(remark)
+    if unranked and is_guess:
         n_others = len(unranked) - _FEW
         if n_others > 0:
             unranked[_FEW:] = [counted(n_others, "other column")]
         remarks.append(f"Not ranked: {listed(unranked)}; to rank by others, name the objectives.")
     return roles, remarks
+
+
+def _role(cells: Cells, column: TextColumn, claim: str, *, is_guess: bool) -> tuple[str, str]:
+    """Return the role of a column, and a remark if a reader may take it for something else.
+
+    The first rule that applies decides. A label is a note until the table has it; a constraint is
+    an output, as a file does not say that it is one.
+    """
+    name = column.name
+    numbers = column.numbers
+    role = NOTE if numbers is None else OUTPUT
+    if claim in (OBJECTIVE, OUTPUT):
+        return claim, ""
+    if claim == VARIABLE:
+        gaps = column.gaps()
+        if not column.problem and not gaps.any():
+            return VARIABLE, ""
+        problem = column.problem or cells.place(name, int(gaps.argmax()))
+        return role, f"{name} is no variable: {problem}."
+    if claim == LABEL:
+        return NOTE, _MAY_BE_RANKED if _holds_more(column, cells) else ""
+    if claim in _MET and numbers is not None:
+        limit = _MET[claim]
+        n_beyond = int((limit.excess(name, numbers) > 0).sum())
+        if n_beyond:
+            return OUTPUT, (
+                f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
+                f"is one, say --limits '{limit.written(name)}', or limits= in Python."
+            )
+    if column.may_hold_numbers():
+        return role, _MAY_BE_RANKED
+    if is_guess:
+        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
+        if texts and all(map(_TIME.fullmatch, texts)):
+            return NOTE, f"{name} holds times; to rank by it, write them as numbers."
+    return NOTE, ""
+
+
+def _holds_more(column: TextColumn, cells: Cells) -> bool:
+    """Whether a column that names or numbers designs may hold what a reader ranks."""
+    numbers = column.numbers
+    if _word(column.name) not in _LABELS:
+        return column.codes is not None
+    if numbers is None:
+        return False
+    if column.name == next(iter(cells.columns)) or _word(column.name) in _IDS:
+        names = numbers.tolist()
+        return len({*names}) < len(names) or not all(map(float.is_integer, names))
+    return not (numbers[0] in (0, 1) and _count_on(numbers))  # as rows are numbered
 
 
 # From columns to a table
