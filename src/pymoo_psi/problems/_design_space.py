@@ -474,12 +474,11 @@ def problem_schema(
     renamed = dict(new_names)  # by the default names, and by the problem's own
     for name, title in titles.items():
         renamed[title] = new_names.get(name, name)
-    own_maximize = getattr(problem, "maximize", None) or ()
-    for value in (own_maximize, maximize or ()):
-        name_list("maximize", value)
-    own_maximize = [renamed.get(title, title) for title in own_maximize]
+    stated = name_list("maximize", getattr(problem, "maximize", None) or ())
+    own_maximize = [renamed.get(title, title) for title in stated]
     if maximize is None:
         maximize = own_maximize
+    name_list("maximize", maximize)
     if maximize and names is None and not {*own_maximize} <= {*maximize}:
         raise invalid(
             "maximize",

@@ -98,14 +98,13 @@ def problem_name(problem: Any) -> str:
 
 def for_individuals(out: Entries) -> Values:
     """Return values of designs without outputs that pymoo's individuals cannot have."""
-    names = _OF_INDIVIDUALS.intersection(out)
-    for name in names:
+    for name in _OF_INDIVIDUALS.intersection(out):
         warnings.warn(
             f"out[{name!r}] is left out: pymoo's individuals have an attribute of this name; give "
             "it another one",
             stacklevel=3,
         )
-    return {name: values for name, values in out.items() if name not in names}
+    return {name: values for name, values in out.items() if name not in _OF_INDIVIDUALS}
 
 
 def seed_ties(algorithm: Any) -> None:
