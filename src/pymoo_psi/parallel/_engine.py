@@ -108,11 +108,15 @@ class FutureRunner(Runner):
                 except PsiError:  # the guard in the worker has raised it
                     raise
                 except Exception as error:
-                    if finished.is_again:
-                        yield from queue.results_of(_lost_results(finished, error, queue))
-                    else:
-                        again += _each_alone(finished, error)
-                    continue
+                    _require_engine(error, finished, queue)
+                    if not finished.is_again:
+                        for design in finished.designs:
+                            alone = finished._replace(designs=deque([design]), is_again=True)
+                            again.append(alone)
+                        continue
+                    index, _ = finished.designs[0]
+                    loss = OSError(f"its worker was lost ({one_line(error)})")
+                    answer = [(index, loss, 0.0)], None, {}
                 yield from queue.results_of(*answer)
                 queue.take_back(finished.designs)
         finally:
@@ -168,31 +172,22 @@ def _put_when_done(future: Any, done: SimpleQueue[Any]) -> None:
     Thread(target=wait_for_it, daemon=True).start()
 
 
-def _each_alone(job: Job, error: Exception) -> list[Job]:
-    """Return a job for each design of one that the engine gave up.
+def _require_engine(error: Exception, job: Job, queue: Queue) -> None:
+    """Refuse to go on if a job was given up because no job can be done.
 
     Raises:
-        WorkerError: The executor is gone, or its workers cannot do any job.
+        WorkerError: The executor is gone, or its workers cannot do the jobs of the queue.
     """
-    if isinstance(error, BrokenExecutor):
+    if isinstance(error, BrokenExecutor) or (job.is_again and isinstance(error, CancelledError)):
         raise _gone(error) from error
-    if isinstance(error, (ImportError, AttributeError, PickleError)):
-        raise _unusable(error) from error
-    return [job._replace(designs=deque([design]), is_again=True) for design in job.designs]
-
-
-def _lost_results(job: Job, error: Exception, queue: Queue) -> list[Result]:
-    """Return the loss of the design of a job that the engine gave up again.
-
-    Raises:
-        WorkerError: The executor is gone, or no worker has done anything.
-    """
-    if isinstance(error, (BrokenExecutor, CancelledError)):
-        raise _gone(error) from error
-    if not queue.samples:
-        raise _unusable(error) from error
-    index, _ = job.designs[0]
-    return [(index, OSError(f"its worker was lost ({one_line(error)})"), 0.0)]
+    is_useless = isinstance(error, (ImportError, AttributeError, PickleError))
+    if job.is_again:
+        is_useless = not queue.samples  # no worker has done anything
+    if is_useless:
+        raise WorkerError(
+            f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
+            "pymoo_psi and what the model imports"
+        ) from error
 
 
 def _gone(error: BaseException) -> WorkerError:
@@ -200,13 +195,6 @@ def _gone(error: BaseException) -> WorkerError:
     return WorkerError(
         f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
         "a study goes on"
-    )
-
-
-def _unusable(error: BaseException) -> WorkerError:
-    return WorkerError(
-        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
-        "pymoo_psi and what the model imports"
     )
 
 
