@@ -137,7 +137,7 @@ function decisionOf(state, date) {
   return {
     ...data.opens_with,
     ranges: rangesOf(state),
-    units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
+    units: byName(data.columns.filter((column) => column.unit && (isObjective(column) || entryOf(limits, column.name)))
       .map(({name, unit}) => [name, unit])),
     limits,
     chosen,
