@@ -117,18 +117,12 @@ class Recorded(WithTable, WrappedProblem):
             units=units,
         )
         require_problem(problem)
+        problem = with_requirements(problem)
         evaluated = untolerant(problem)
-        if evaluated is problem:
-            evaluated = with_requirements(problem)
-            problem = evaluated
-            if any(isinstance(layer, Robust) for layer in layers(problem)):
-                # a design that fails in every scenario is infeasible
-                problem = FailureTolerant(problem)
-        self._tolerant = None
-        if evaluated is not problem:
-            self._tolerant = problem
-        self.tolerates_failures = self._tolerant is not None
+        if evaluated is problem and any(isinstance(layer, Robust) for layer in layers(problem)):
+            problem = FailureTolerant(problem)  # a design may fail in every scenario
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
+        self.tolerates_failures = evaluated is not problem
         is_noisy = getattr(evaluated, "noisy", False)
         if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem) or is_noisy:
             rule = "one whose values depend on the design alone"
@@ -149,10 +143,9 @@ class Recorded(WithTable, WrappedProblem):
 
     def untolerant(self) -> Recorded:
         """Return the problem with failures as errors, which shares the study and the counts."""
-        if self._tolerant is None:
+        if not self.tolerates_failures:
             return self
         strict = copy.copy(self)
-        strict._tolerant = None
         strict.tolerates_failures = False
         strict.wrapped = self._model.problem
         strict.n_ieq_constr = strict.wrapped.n_ieq_constr
@@ -214,8 +207,8 @@ class Recorded(WithTable, WrappedProblem):
                 raise invalid("return_values_of", rule, name, remedy)
         if "test_point" not in return_values_of:
             del out["test_point"]
-        if self._tolerant is not None:
-            return dict(self._tolerant.tolerated(X, out, return_values_of))
+        if self.tolerates_failures:
+            return dict(self.wrapped.tolerated(X, out, return_values_of))
         for x, reason in zip(X, out.pop("failure"), strict=True):
             if reason:
                 raise EvaluationError(x, reason)
