@@ -660,19 +660,18 @@ def _selected(
     for n_known in range(len(seen), len(seen) + batch):
         turn = n_known % len(_RULES)
         is_new = distance > _SAME_DESIGN_DISTANCE
-        is_kept = is_new & (violation <= 0)
-        if is_kept.any():
-            rows = np.flatnonzero(is_kept)
+        if not is_new.any():
+            break
+        rows = np.flatnonzero(is_new & (violation <= 0))
+        if len(rows) > 0:
             gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
             scores = _scores(_RULES[turn], rows, worth, gains, distance, gap)
-        elif is_new.any():
+        else:
             rows = np.flatnonzero(is_new)
             spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
             # After a search near the best tests, no candidate may be that far away.
             spacing = min(spacing, distance[rows].max() / 2)
             scores = np.where(distance >= spacing, -violation, -np.inf)
-        else:
-            break
         row = int(rows[scores[rows].argmax()])
         selected.append(row)
         distance = np.minimum(distance, _nearest(Z, Z[[row]]))

@@ -307,22 +307,25 @@ class PointAlgorithm(WithTable, Algorithm):
         if not np.array_equal(numbers, points.numbers):
             rule = f"the next test points in their order, {points.numbers.tolist()}"
             raise invalid("infills", rule, Received(str(numbers.tolist())))
-        problem = self._run.model.inner
-        sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
-        values = []
-        for individual in infills:
-            for name, size in sizes.items():
-                shape = np.shape(individual.get(name))
-                # those of requirements and failures may follow the constraints of the model
-                if shape != (size,) and not (name == "G" and shape > (size,)):
-                    rule = f"evaluated, with {name} of shape {(size,)} for each"
-                    raise invalid("infills", rule, Received(f"shape {shape}"))
-            names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
-            values.append({name: individual.get(name) for name in names})
-            if np.isfinite(individual.F).all():
-                self._run.model.require_outputs(names)
+        values = [*map(self._values_of_individual, infills)]
         X = self._run.model.space.to_matrix(infills.get("X"))
         return self._run.model.tests(replace(points, designs=X), values)
+
+    def _values_of_individual(self, individual: Individual) -> Values:
+        """Return the values of an individual, which must be evaluated."""
+        model = self._run.model
+        problem = model.inner
+        sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+        for name, size in sizes.items():
+            shape = np.shape(individual.get(name))
+            # those of requirements and failures may follow the constraints of the model
+            if shape != (size,) and not (name == "G" and shape > (size,)):
+                rule = f"evaluated, with {name} of shape {(size,)} for each"
+                raise invalid("infills", rule, Received(f"shape {shape}"))
+        names = (*sizes, "failure", *individual.data.get("outputs", ()))
+        if np.isfinite(individual.F).all():
+            model.require_outputs(names)
+        return {name: individual.get(name) for name in names}
 
     def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
         """Return individuals of points, with the values of those that are tested.
