@@ -228,7 +228,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     ]
     is_variable = bars.variable in table.schema.variables
     if bars.logarithmic:
-        set_log(axes, "x", (1.0,))
+        set_log(axes, "x")
     if feasible.all():
         del groups[1]
     elif not is_variable:
@@ -307,17 +307,16 @@ def plot_objectives(
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second, is_detailed=True)
         heading = ""
-        sentence = ""
+        sentences = [points.counts(table)]
         n_pairs = comb(len(names), 2)
         if len(pairs) < n_pairs:
             heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
-            sentence = f"{heading}."
+            sentences.insert(0, f"{heading}.")
+        listed = [text for text, *places in points.named.values() if places]
         figure.fit(add_key, figure, axes, heading)
-        figure.fit(
-            add_list, figure, [texts[0] for texts in points.named.values() if len(texts) > 1]
-        )
+        figure.fit(add_list, figure, listed)
         figure.fit(stack_pairs, figure, [first for first, _ in pairs])
-        figure.describe(title, sentence, points.counts(table))
+        figure.describe(title, *sentences)
     return figure
 
 

@@ -125,7 +125,7 @@ class Column:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
-            set_log(axes, letter, (1.0,))
+            set_log(axes, letter)
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
@@ -368,14 +368,14 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
     values = values.astype(np.float64)
-    shown = values[marked]
     if is_variable:
-        inner = values
-        shown = np.append(shown, [column.lower, column.upper]).astype(float)  # NaN if unknown
         is_log = column.kind is Kind.LOG
+        bounds = np.array([column.lower, column.upper], float)  # NaN if unknown
+        ends = _ends_of_variable(values, np.append(values[marked], bounds), column.kind)
     else:
         inner = values[table.feasible()]
         is_log = spans_decades(inner)
+        ends = _ends_of_dependent(values, inner, values[marked])
     label = column.heading
     sign = 0
     errors = None
@@ -386,24 +386,35 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
             errors = table.column(error_column(name))
     if is_log:
         label += ", log"
-        shown = np.log(shown[shown > 0])  # a marked design need not be feasible
-        low, high = np.exp(view(np.log(inner), *shown)).tolist()
-    elif is_variable:
-        low, high = view(inner, *shown)
-        if column.kind is Kind.INTEGER:
-            low, high = np.floor(low) + 0.5, np.ceil(high) - 0.5
-    else:
-        low, high = _ends_of_dependent(values, inner, shown)
     limits = table.limits.get(name, Limit())[:2]
-    return Column(values, (low, high), label, (), is_log, limits, sign, errors, column.unit)
+    return Column(values, ends, label, (), is_log, limits, sign, errors, column.unit)
+
+
+def _ends_of_variable(values: Array, shown: Array, kind: Kind | None) -> Ends:
+    """Return the ends of an axis of a variable, given what it shows in any case."""
+    if kind is Kind.LOG:
+        return _logarithmic_ends(values, shown)
+    low, high = view(values, *shown)
+    if kind is Kind.INTEGER:
+        return np.floor(low) + 0.5, np.ceil(high) - 0.5
+    return low, high
+
+
+def _logarithmic_ends(values: Array, shown: Array) -> Ends:
+    """Return the ends of a logarithmic axis, given what it shows in any case."""
+    # A marked design need not be feasible, and so not positive.
+    low, high = np.exp(view(np.log(values), *np.log(shown[shown > 0]))).tolist()
+    return low, high
 
 
 def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
-    """Return the ends of an axis of an output.
+    """Return the ends of an axis of an output, given all values and those of feasible designs.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
     feasible ones than a share of their range are outside, but the marked ones are inside.
     """
+    if spans_decades(inner):
+        return _logarithmic_ends(inner, marked)
     if len(np.unique(inner)) <= 1:
         inner = values
     low, high = view(inner, *marked)

@@ -184,10 +184,9 @@ class Drawing(Figure):
 
     def describe(self, title: str, *sentences: str) -> None:
         """Set the caption. An empty title or sentence is left out."""
-        parts = list(sentences)
         if title:
-            parts.insert(0, f"{title}.")
-        self.caption = " ".join(filter(None, parts))
+            title += "."
+        self.caption = " ".join(filter(None, [title, *sentences]))
 
     def fit(self, function: Callable[..., None], *arguments: Any) -> None:
         """Let :meth:`resize` call a function of what follows from the width."""
@@ -668,7 +667,7 @@ def places_between(
         return (points - ends[0]) / (ends[1] - ends[0]), is_log
 
 
-def set_log(axes: Axes, letter: str, factors: Sequence[float]) -> None:
+def set_log(axes: Axes, letter: str, factors: Sequence[float] = (1.0,)) -> None:
     """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small.
 
     Args:

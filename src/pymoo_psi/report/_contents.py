@@ -123,9 +123,8 @@ class Choice:
             written.append(prototype)
             self._beside.append(("present design", prototype))
             self._existing = [*zip(prototype.names, prototype.F.tolist(), strict=True)]
-        self.formats = {}
-        for name, number_format in number_formats(table, *written).items():
-            self.formats[name] = replace(number_format, minus="−")
+        formats = number_formats(table, *written)
+        self.formats = {name: replace(of, minus="−") for name, of in formats.items()}
 
     # The first sentences
 
@@ -318,15 +317,13 @@ class Choice:
         left_out = {schema.label, *map(error_column, schema.objectives)}
         rows = []
         for name in (*schema.variables, *schema.outputs, *schema.notes):
-            if name in left_out:
-                continue
             value = self.table.column(name)[row]
             text = _cell(value)
             if name in self.formats:
                 text = self.formats[name].text(float(value))
-            rows.append((schema[name].heading, text))
-        frame = pd.DataFrame(rows, columns=["column", "value"])
-        return frame[~frame["value"].isin(["", "—", "None"])]
+            if name not in left_out and text not in ("", "—", "None"):
+                rows.append((schema[name].heading, text))
+        return pd.DataFrame(rows, columns=["column", "value"])
 
     def representatives(self) -> tuple[pd.DataFrame, str]:
         """Return a few designs that represent the Pareto set, and how far others are from them."""

@@ -89,25 +89,17 @@ class DecisionReport(Document):
         )
         filters = {"grid": _contents.grid, "image": _contents.image, "percent": percent}
         environment.filters |= filters
-        choice = self._choice
-        weights = ""
-        chance: list[str] = []
-        measured = ""
         with decimal_mark(table.decimal):
-            if choice is not None:
-                weights = weights_sentence(choice.ranking, choice.row)
-                chance = confidence_sentences(table, choice.row)
-                measured = f"{measured_in(choice.ranking)}."
             return environment.get_template("report.html").render(
                 report=self,
                 fonts=fonts(),
                 data=table,
                 contents=_contents,
-                choice=choice,
-                chance=" ".join(chance),
-                weights=weights,
-                measured=measured,
-                regret="".join(separation_sentences(table)[:1]),
+                choice=self._choice,
+                chance=confidence_sentences,
+                weights_of=weights_sentence,
+                measured_in=measured_in,
+                separations=separation_sentences(table),
                 decided=decision_sentences(table),
                 failures=failure_sentences(table),
                 counts=counts_sentence(table),
@@ -168,11 +160,11 @@ def decision_report(
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
-        row = int(table.ranked_as[row])
-        if table.names[row] != chosen:
-            table = table.under(replace(table.decision, chosen=table.names[row], reason=""))
+        chosen = table.names[int(table.ranked_as[row])]
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
-        table = table.under(replace(table.decision, chosen=None, reason=""))
+        chosen = None
+    if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
+        table = table.under(replace(table.decision, chosen=chosen, reason=""))
     if not eligible.any():
         return DecisionReport(title, question, tuple(about), None, (), table)
     with decimal_mark(table.decimal):
