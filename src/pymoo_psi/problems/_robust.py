@@ -28,10 +28,9 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import (
     DesignSpace,
-    column_titles,
-    column_units,
     design_space,
     numbered,
+    problem_schema,
 )
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
@@ -152,15 +151,12 @@ class Robust(WrappedProblem):
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
-        titles = column_titles(nominal)
-        units = column_units(nominal)
-        self.names: dict[str, str] = {}
-        self.units: dict[str, str] = {}
-        for name in (*self.space.variable_names, *numbered("f", self.statistics)):
-            title = titles.get(name, name)
-            self.names[name] = title
-            if units.get(title):
-                self.units[title] = units[title]
+        schema = problem_schema(nominal, self.space)
+        columns = [*schema.variables, *schema.objectives]
+        default_names = [*self.space.variable_names, *numbered("f", schema.objectives)]
+        self.names = dict(zip(default_names, columns, strict=True))
+        self.units = {name: schema.units[name] for name in columns if name in schema.units}
+        self._constraints = schema.constraints
 
     def name(self) -> str:
         """Return the name of the wrapped problem, marked as robust.
@@ -183,15 +179,13 @@ class Robust(WrappedProblem):
         # a hash, as scenarios have many numbers
         numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
         names = self.space.variable_names
-        titles = column_titles(self.wrapped).items()
         return {
             "tolerances": [names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
             "statistics": self.statistics,
             "failure_probability": self.failure_probability,
             "requirements": requirement_texts(self.wrapped),
-            # those of a program say their limits
-            "constraints": [title for name, title in titles if re.fullmatch(r"[gh]\d+", name)],
+            "constraints": [*self._constraints],  # those of a program say their limits
         }
 
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
@@ -221,8 +215,7 @@ class Robust(WrappedProblem):
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
             # what FailureTolerant gives a failed design does not count
-            model = untolerant(problem)
-            out = evaluate_designs(model, self.space.designs(rows), *args, **kwargs)
+            out = evaluate_designs(untolerant(problem), self.space.designs(rows), *args, **kwargs)
             outs.append([out[name] for name in ("F", "G", "H", "failure")])
         F, G, H, failure = map(np.concatenate, zip(*outs, strict=True))
         valid = competes(F, meets_constraints(G, H) & (failure == ""))
