@@ -583,7 +583,9 @@ def require_designs(
     Raises:
         ArgumentValueError: There is such a row.
     """
-    naming = label or next(iter(columns), "")  # a file of results alone has none
+    if not columns:  # of a file of results alone
+        return
+    naming = label or next(iter(columns))
     numbers = []
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
@@ -595,9 +597,8 @@ def require_designs(
             f"{cells.without(row)}, or rename it if it is a design",
         )
     last = len(cells.rows) - 1
-    if len(numbers) > 1 and _are_sums(numbers, last):
-        if last < 2 or (last == 2 and not is_blank(columns[naming].cells[last])):
-            return
+    may_be_sum = last > 2 or (last == 2 and is_blank(columns[naming].cells[last]))
+    if may_be_sum and len(numbers) > 1 and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",

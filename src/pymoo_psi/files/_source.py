@@ -176,7 +176,7 @@ def read_table(
     Raises:
         OSError: The file cannot be opened.
         ArgumentValueError: The source is not a table of named columns with at least one design, a
-            row is named as a sum or mean, such as Total, its last row is the sum of all others, a
+            row is named as a sum or statistic, such as Total, its last row is the sum of others, a
             required column cannot be read, or the formulation does not fit.
         StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
@@ -294,7 +294,7 @@ def _content_of_object(source: Any, kind: str) -> TestTable | tuple[Cells, Head]
         return cells_of_frame(source)
     if kind in ("result", "population"):
         return _table_of_population(getattr(source, "opt", source))
-    F = real_array("source", source, "or give the path of a file")
+    F = real_array("source", source, "or give a data frame or the path of a file")
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
     columns = {f"f{j + 1}": column for j, column in enumerate(F.T.tolist())}
