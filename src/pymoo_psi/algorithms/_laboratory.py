@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import compress
+from itertools import compress, zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _Result = tuple[int, str, Values]  # see _results_in
+_NewResult = tuple[int | None, _Result]  # see _new_results
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
 ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
@@ -63,6 +64,7 @@ class _Laboratory:
         head: Its head.
         choices: The texts of the options of variables that are choices, by name.
         results: The columns that people measure: objectives and others that no expression computes.
+        compared: The columns by which a result is recognised.
         tests: All tests, by number.
         proposals: What was assigned, by the number of the test: its run, and what the study keeps.
         pending: The numbers of those without a result.
@@ -79,6 +81,7 @@ class _Laboratory:
             [*head["objectives"], *constraints, *head["equalities"], *expressions]
         )
         self.results = [name for name in names if not expressions.get(name)]
+        self.compared = [*head["variables"], *self.results, "reason"]
         is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
         options = head["problem"]["choices"].values()
         self.choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
@@ -107,6 +110,14 @@ class _Laboratory:
         """Return the number of the test that an assigned one repeats, or its own."""
         _, proposal = self.proposals[test]
         return int(proposal.content.get("of", test))
+
+    def texts(self, values: Entries) -> list[str]:
+        """Return what is compared of values by name, in the digits that spreadsheets keep."""
+        return [_text(values[name]) for name in self.compared]
+
+    def stored_texts(self, test: int) -> list[str]:
+        """Return what is compared of a stored test."""
+        return self.texts(dict(self.tests.loc[test]))
 
     def assign(self, database: Database, run: int, proposal: Proposal) -> int:
         """Ask people for a test, the next point of a run; return its number."""
@@ -303,7 +314,7 @@ def tell_tests(
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
             results = [*_results_in(cells, columns, laboratory, sentences)]
-            new = _new_results(database, laboratory, results, sentences)
+            new = _new_results(laboratory, results)
             if new:
                 sentences += _keep(database, laboratory, new)
             n_known = len(results) - len(new)
@@ -421,77 +432,68 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
     return cell
 
 
-def _new_results(
-    database: Database, laboratory: _Laboratory, results: Sequence[_Result], remarks: list[str]
-) -> list[_Result]:
-    """Return the results that the study does not have, after it has discarded those they correct.
+def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_NewResult]:
+    """Return the results that the study does not have, each with the number of what it corrects.
 
     A row is known if a stored test of its design has the same results; each counts once. Other rows
-    correct the stored tests of their design that have no row, and are repeats if there are none.
+    correct the stored tests of their design that have no row; the number is ``None`` where there
+    are none.
 
     Raises:
         ArgumentValueError: A test has more results that may be corrected than there are rows.
     """
-    names = [*laboratory.head["variables"], *laboratory.results, "reason"]
-    stored: dict[int, dict[int, list[str]]] = defaultdict(dict)  # by the original and own number
-    for test in laboratory.proposals:
-        if test in laboratory.tests.index:
-            texts = [*map(_text, laboratory.tests.loc[test, names])]
-            stored[laboratory.original(test)][test] = texts
-    new = []
-    for test, rows in _unknown_rows(results, names, stored).items():
-        others = stored[test]
-        if len(others) > len(rows):
-            rule = f"given with all other results of test {test}"
-            received = Received(f"a file without those of tests {', '.join(map(str, others))}")
-            remedy = "add a row for each of them; nothing was taken"
-            raise invalid(rows[0][1], rule, received, remedy)
-        for other, (_, place, values) in zip(others, rows, strict=False):
-            changes = _changes(names, values, others[other])
-            remarks.append(f"Test {other} corrected: {'; '.join(changes)}.")
-            database.correct(other, "corrected")
-            laboratory.pending.append(other)
-            new.append((other, place, values))
-        new += rows[len(others) :]
-    return new
-
-
-def _unknown_rows(
-    results: Sequence[_Result], names: Names, stored: dict[int, dict[int, list[str]]]
-) -> dict[int, list[_Result]]:
-    """Return the rows of each test that no stored test has; stored ones with a row are dropped."""
+    stored: dict[int, list[int]] = defaultdict(list)  # numbers by the original one
+    for number in laboratory.proposals:
+        if number in laboratory.tests.index:
+            stored[laboratory.original(number)].append(number)
     unknown: dict[int, list[_Result]] = defaultdict(list)
     for result in results:
         test, _, values = result
-        texts = [_text(values[name]) for name in names]
-        same = [other for other, known in stored[test].items() if known == texts]
-        if same:
-            del stored[test][same[0]]
+        texts = laboratory.texts(values)
+        for number in stored[test]:
+            if laboratory.stored_texts(number) == texts:
+                stored[test].remove(number)
+                break
         else:
             unknown[test].append(result)
-    return unknown
+    new: list[_NewResult] = []
+    for test, rows in unknown.items():
+        numbers = stored[test]
+        if len(numbers) > len(rows):
+            rule = f"given with all other results of test {test}"
+            received = Received(f"a file without those of tests {', '.join(map(str, numbers))}")
+            remedy = "add a row for each of them; nothing was taken"
+            raise invalid(rows[0][1], rule, received, remedy)
+        new += zip_longest(numbers, rows)
+    return new
 
 
-def _changes(names: Names, values: Values, former_texts: Names) -> list[str]:
-    """Return the values that differ from former ones, by their names."""
+def _changes(laboratory: _Laboratory, number: int, values: Values) -> str:
+    """Return the values that differ from those of a stored test, by their names."""
     changes = []
-    for name, former in zip(names, former_texts, strict=True):
-        text = _text(values[name])
+    former_texts = laboratory.stored_texts(number)
+    texts = laboratory.texts(values)
+    for name, text, former in zip(laboratory.compared, texts, former_texts, strict=True):
         if text != former and "nan" not in (text, former):  # those of a failed test
             changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
-    return changes
+    return "; ".join(changes)
 
 
-def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result]) -> list[str]:
-    """Write the tests of results; return sentences on designs that were changed."""
+def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]) -> list[str]:
+    """Write the tests of results; return sentences on what was corrected or changed."""
     import pandas as pd
 
     sentences = []
     rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
-    for test, place, values in results:
-        own = laboratory.made(database, test)
+    for corrected, (_, _, values) in results:
+        if corrected is not None:
+            changes = _changes(laboratory, corrected, values)
+            sentences.append(f"Test {corrected} corrected: {changes}.")
+            database.correct(corrected, "corrected")
+    for corrected, (test, place, values) in results:
+        own = corrected or laboratory.made(database, test)
         title = f"Test {own}"
-        if own != test:
+        if own not in (corrected, test):
             title = f"Test {own}, a repeat of {test}"
         for name, value in laboratory.design(test).items():
             if values[name] != value:
