@@ -25,12 +25,11 @@ function decode(payload) {
     objectives: columns.filter(isObjective),
     numeric: columns.filter(({texts}) => !texts),
     textual: columns.filter(({texts}) => texts),
-    by: new Map(), // a Map, as any name is one of its keys, also __proto__
+    by: new Map(columns.map((column) => [column.name, column])), // a Map, as any name may be a key, also __proto__
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
     points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times 1024, by dimension
     more: [], // what `grow` has added
   }
-  for (const column of columns) data.by.set(column.name, column)
   return addDesigns(payload.more ?? [])
 }
 
