@@ -144,6 +144,7 @@ FILES = {
     "levels of a factor": ("fan,a,b\nmin,1,5\nmax,1,3\nauto,2,3\nmin,2,3\nmax,2,5\n", {}, {"a": [1, 1, 2, 2, 2], "b": [5, 3, 3, 3, 5]}),
     "a level above others": ("fan,a,b\nmean,1,5\nlow,2,3\n", {}, {"a": [1, 2], "b": [5, 3]}),
     "a gap beside objectives that are named": ("x1,f1,f2,f3\n1,2,3,\n2,1,5,1\n", {"objectives": ["f1", "f2"]}, {"f1": [2, 1], "f2": [3, 5]}),
+    "a design called Max above others": ("m,a,b\nMax,12,60\nPro,10,65\nMini,14,50\n", {}, {"a": [12, 10, 14], "b": [60, 65, 50]}),
     "a design called Max": ("m,a,b\nPro,10,60\nMax,14,65\n", {}, {"a": [10, 14], "b": [60, 65]}),
     "a sum under names that recur": ("maker,a,b\nA,1,4\nA,2,3\nGrand total,3,\n", {}, "named 'Grand total'"),
     "sums between designs": ("no,m,a,b\n1,A,1,4\n2,A,2,3\n3,Zwischensumme,3,7\n4,A,4,2\n", {}, "named 'Zwischensumme'"),

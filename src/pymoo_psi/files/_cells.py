@@ -94,11 +94,9 @@ _SUM = re.compile(
     r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
     re.IGNORECASE,
 )
-_STATISTIC = re.compile(
-    r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø|(?:min|max)(?:imum)?)"
-    r"\W*",
-    re.IGNORECASE,
-)
+_MEANS = r"average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
+_MEAN = re.compile(rf"\W*(?:{_MEANS})\W*", re.IGNORECASE)
+_STATISTIC = re.compile(rf"\W*(?:{_MEANS}|(?:min|max)(?:imum)?)\W*", re.IGNORECASE)
 # Statistics that may lie beyond the values of which they are one.
 _OUTSIDE = re.compile(
     r"\W*(?:std|(?:std|standard)[. -]*dev(?:iation)?|stdev|standardabweichung|stabw"
@@ -615,14 +613,14 @@ def _computed_rows(
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 yield name, row
     names = texts.get(naming, ())
-    for row in (0, len(names) - 1):
+    for row, statistic in ((0, _MEAN), (len(names) - 1, _STATISTIC)):
         if len(names) < 2 or names.count(names[row]) > 1:
             continue
         name = str(names[row])[:_LONGEST]
         # A design may be called max, whose numbers are greater than those of others, or std, if it
         # is the standard one, to which others follow.
-        is_statistic = _STATISTIC.fullmatch(name) and _is_within_others(numbers, row)
-        if is_statistic or (row > 0 and _OUTSIDE.fullmatch(name)):
+        is_beyond = row > 0 and _OUTSIDE.fullmatch(name)
+        if is_beyond or (statistic.fullmatch(name) and _is_within_others(numbers, row)):
             yield naming, row
 
 
