@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind, first_of
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Integers, Mask, Received, Rows, counted, invalid
+from pymoo_psi._validation import Columns, Integers, Mask, Names, Received, Rows, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import RunOptions
@@ -111,15 +111,19 @@ def _with_all_digits(model: Model, results: Columns, stored: Columns) -> Columns
     A file may have fewer of them.
     """
     names = model.schema.variables
-    known: dict[str, Sequence[Any]] = {}
-    for design in zip(*(stored[name].tolist() for name in names), strict=True):
-        known.setdefault(mark_of(design), design)
-    columns = {name: results[name].copy() for name in names}
-    cells = [results[name].tolist() for name in names]
-    for row, design in enumerate(zip(*cells, strict=True)):
-        for name, value in zip(names, known.get(mark_of(design), design), strict=True):
-            columns[name][row] = value
+    known = {}
+    for design in _designs_in(stored, names):
+        known[mark_of(design)] = design
+    designs = [known.get(mark_of(design), design) for design in _designs_in(results, names)]
+    columns = {}
+    for j, name in enumerate(names):
+        columns[name] = np.array([design[j] for design in designs], results[name].dtype)
     return columns
+
+
+def _designs_in(columns: Columns, names: Names) -> Iterator[tuple[Any, ...]]:
+    """Return the designs of tests, given by columns; ``names`` are those of the variables."""
+    return zip(*(columns[name].tolist() for name in names), strict=True)
 
 
 def _left_out(table: TestTable, results: Columns) -> list[str]:
