@@ -1,6 +1,6 @@
 """A run: it joins a source of points, an executor that evaluates them, and a store of tests.
 
-:meth:`Run.tests` and :meth:`Run.block` repeat one step, :meth:`Run._advance`. It asks the source for
+:meth:`Run.tests` and :meth:`Run.block` repeat one step (``_advance``). It asks the source for
 points, looks up which of them the store has, submits the rest to the executor, and waits; what is
 evaluated is stored, and the source is told. Before each step it does what people ask of the run.
 For the same points the table is the same for any number of workers and any size of a block.
