@@ -15,7 +15,7 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -90,30 +90,25 @@ def print_text(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
-    """Print a frame by :func:`print_columns`."""
-    print_columns([[name, *values] for name, values in frame.items()], title, n_keys)
-
-
-def print_columns(cells: Sequence[Sequence[Any]], title: str, n_keys: int = 1) -> None:
+def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys: int = 1) -> None:
     """Print columns with numbers in 6 digits and blanks for missing values.
 
     Texts are cut to half of the width. The columns of a table that is too wide continue below.
 
     Args:
-        cells: The heading of each column and its values.
+        named: The heading of each column and its values.
         title: What is above them.
         n_keys: How many columns name a row; they are repeated where the table continues.
     """
-    if all(len(column) == 1 for column in cells):
+    columns = []
+    for name, values in named:
+        texts = [_cell(name), *map(_cell, values)]
+        is_text = not any(map(_NUMBER.match, texts[1:]))
+        columns.append(_aligned(texts, left=is_text))
+    if not columns[0][1:]:
         say(f"{title.rstrip(':')}: none")
         return
     say(title)
-    columns = []
-    for column in cells:
-        texts = list(map(_cell, column))
-        is_text = not any(map(_NUMBER.match, texts[1:]))
-        columns.append(_aligned(texts, left=is_text))
     keys = columns[:n_keys]
     parts = [keys]
     for column in columns[n_keys:]:

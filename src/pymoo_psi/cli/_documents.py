@@ -35,7 +35,6 @@ from pymoo_psi.cli._console import (
     continued,
     name_column,
     print_columns,
-    print_frame,
     print_text,
     proposal,
     require_output,
@@ -136,12 +135,12 @@ def run_rank(options: Options) -> int:
     cautions = cautions_of_distances(table.feasible_ranking())
     head = [*table.remarks, counts_sentence(table), *decision_remarks(table)]
     head += decision_sentences(table)
+    if table.decision.positions:  # without any, pandas is not needed
+        notes += position_sentences(table)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
     if cautions and cautions[0].remedy:
         following = _ranking_by(cautions[0].remedy, path, table.schema)
-    if table.decision.positions:
-        notes += position_sentences(table)
     if options.long:
         _say_all(table, cautions, head, [*notes, *separation])
         say_next(following)
@@ -189,8 +188,8 @@ def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: 
     print_text("\n" + wrapped([*filter(None, sentences)], columns))
 
 
-def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[list[Any]]:
-    """Return the first designs by place, all columns: names, places, objectives, the rest."""
+def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[tuple[str, list[Any]]]:
+    """Return all columns of the first designs by place: names, places, objectives, the rest."""
     from pymoo_psi.page import number_formats
 
     rows = ranking.by_place[:_N_IN_DETAIL]
@@ -198,7 +197,8 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[list[Any]]:
     places[~ranking.pareto[rows]] = "dominated"
     designs = table.take(ranking.rows[rows])
     schema = table.schema
-    columns: list[list[Any]] = [name_column(table, rows), ["place", *places]]
+    word, *names = name_column(table, rows)
+    columns: list[tuple[str, list[Any]]] = [(word, names), ("place", [*places])]
     formats = number_formats(table)
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
         if name in {schema.label, RUN, POINT}:
@@ -209,7 +209,7 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[list[Any]]:
         heading = with_unit(_beside_ranking(name, schema), schema[name].unit)
         if name in schema.objectives:
             heading += " ↑" if schema[name].maximize else " ↓"
-        columns.append([heading, *cells])
+        columns.append((heading, cells))
     return columns
 
 
@@ -378,7 +378,8 @@ def _convergence(table: TestTable) -> pd.DataFrame:
 
     steps = convergence(table)
     frame = steps.drop(columns="hypervolume_error")
-    print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
+    title = "Convergence with the number of tests"
+    print_columns(frame.reset_index().round(4).items(), title)
     say(convergence_sentence(steps))
     return frame
 
@@ -411,7 +412,7 @@ def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) 
     """Print texts by column and variable as a table with a row for each of some variables."""
     columns = texts.index.unique("column").tolist()
     rows = texts.map(localized).unstack("column").reindex(variables)[columns]
-    print_frame(rows.rename_axis("variable").reset_index().head(_N_PRINTED), title)
+    print_columns(rows.rename_axis("variable").reset_index().head(_N_PRINTED).items(), title)
     if len(rows) > _N_PRINTED:
         say(f"({len(rows) - _N_PRINTED} variables not shown)")
 

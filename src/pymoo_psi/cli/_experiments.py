@@ -13,7 +13,7 @@ from pymoo_psi._validation import counted
 from pymoo_psi.algorithms import progress_bar
 from pymoo_psi.chute import ModelName
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
+from pymoo_psi.cli._console import print_columns, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Reproduction, reproduce
@@ -82,11 +82,12 @@ def _print_comparison(result: Comparison, name: str) -> None:
         "igd_plus": "IGD+",
         "optimum_distance": "to optimum",
     }
-    print_frame(medians.rename(columns=headings), f"{name}: medians over the runs", n_keys=2)
+    shown = medians.rename(columns=headings)
+    print_columns(shown.items(), f"{name}: medians over the runs", n_keys=2)
     tests = result.tests().drop(columns="p").round({"effect": 3})
     tests["p_holm"] = tests["p_holm"].map("{:.2g}".format)
-    print_frame(
-        tests.rename(columns=headings),
+    print_columns(
+        tests.rename(columns=headings).items(),
         "Hypervolume by pairs; a difference is significant where p_holm < 0.05",
     )
     say(*_OF_COMPARISONS.splitlines())
@@ -102,7 +103,7 @@ def run_reproduce(options: Options) -> int:
         write_frame(table, folder / f"table_{name}.csv")
         values = table[table.columns[3:]]  # in four decimals, as printed
         texts = values.map("{:.4f}".format, na_action="ignore")
-        print_frame(table.assign(**texts), _TITLES[name], n_keys=2)
+        print_columns(table.assign(**texts).items(), _TITLES[name], n_keys=2)
     say(*_HEADINGS.splitlines())
     say(f"Tables and figures written to {options.out}.")
     return 0

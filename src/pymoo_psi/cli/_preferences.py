@@ -208,8 +208,8 @@ def _show(table: TestTable, one: str, other: str) -> None:
             continue
         text = formats[name].text if name in formats else str
         lines.append([schema[name].heading, *map(text, values)])
-    columns = [*zip(*lines[: 1 + _N_DIFFERENCES], strict=True)]
-    print_columns(columns, "Which one would you rather have?")
+    columns = zip(*lines[: 1 + _N_DIFFERENCES], strict=True)
+    print_columns([(head, cells) for head, *cells in columns], "Which one would you rather have?")
 
 
 def _answer_in(entry: str, table: TestTable) -> Answer:
