@@ -535,23 +535,18 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     for variable in design_space(model, log=()).variables:
         if variable.kind is Kind.CHOICE:
             choices[variable.title] = [*map(option_text, variable.options)]
+    expressions = getattr(problem, "known_expressions", {}).items()
     identity: Values = {
         "problem": problem_name(problem),
         "choices": choices,
         "parameters": own_parameters(problem, [] if others is None else others),
+        "wrappers": [type(p).__name__ for p in layers(problem)[:-1] if not p.same_columns],
+        "expressions": {name: known.text for name, known in expressions},
+        "logarithms": [*getattr(problem, "logarithms", ())],
     }
     if not getattr(model, "has_named_outputs", False):
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
         identity["objectives"] = int(model.n_obj)
-    wrappers = [type(layer).__name__ for layer in layers(problem)[:-1] if not layer.same_columns]
-    if wrappers:
-        identity["wrappers"] = wrappers
-    expressions = getattr(problem, "known_expressions", {})
-    if expressions:
-        identity["expressions"] = {name: known.text for name, known in expressions.items()}
-    changed = getattr(problem, "logarithms", ())
-    if changed:
-        identity["logarithms"] = [*changed]
     return identity
 
 
