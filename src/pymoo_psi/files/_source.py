@@ -677,11 +677,7 @@ def _table(
     described = {}
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
-        described[name] = Column(name, role, Kind.CHOICE)
-        if role != NOTE:
-            unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
-            is_upward = name in maximize and role != VARIABLE
-            described[name] = Column(name, role, kind_of_cells(data[name]), unit, is_upward)
+        described[name] = _described(columns[name], role, data[name], stated, formulation)
     numbers = np.array(cells.rows)
     if TEST in described and described[TEST].role == NOTE:
         numbers = _test_numbers(data.pop(TEST))
@@ -705,6 +701,17 @@ def _table(
     if label in table.schema.notes:
         return table.with_notes({}, label)
     return _named_by_rows(table, cells.rows)
+
+
+def _described(
+    column: TextColumn, role: str, values: AnyArray, stated: Formulation, asked: Formulation
+) -> Column:
+    """Return what a column is: its role, its values, what the source states, what is asked."""
+    if role == NOTE:
+        return Column(column.name, role, Kind.CHOICE)
+    unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
+    maximize = column.name in {*stated.maximize, *asked.maximize} and role != VARIABLE
+    return Column(column.name, role, kind_of_cells(values), unit, maximize)
 
 
 def _test_numbers(cells: AnyArray) -> Integers:
