@@ -315,8 +315,8 @@ def tell_tests(
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
             results = [*_results_in(cells, columns, laboratory, sentences)]
             new = _new_results(laboratory, results)
-            if new:
-                sentences += _keep(database, laboratory, new)
+            sentences += _discard(database, laboratory, new)
+            sentences += _keep(database, laboratory, new)
             n_known = len(results) - len(new)
             sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
         return [*sentences, f"{laboratory.left.capitalize()}."]
@@ -479,17 +479,25 @@ def _changes(laboratory: _Laboratory, number: int, values: Values) -> str:
     return "; ".join(changes)
 
 
-def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]) -> list[str]:
-    """Write the tests of results; return sentences on what was corrected or changed."""
-    import pandas as pd
-
+def _discard(
+    database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]
+) -> list[str]:
+    """Discard the tests that results correct; return sentences on what changes."""
     sentences = []
-    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
     for corrected, (_, _, values) in results:
         if corrected is not None:
             changes = _changes(laboratory, corrected, values)
             sentences.append(f"Test {corrected} corrected: {changes}.")
             database.correct(corrected, "corrected")
+    return sentences
+
+
+def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]) -> list[str]:
+    """Write the tests of results; return sentences on designs that were changed."""
+    import pandas as pd
+
+    sentences = []
+    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
     for corrected, (test, place, values) in results:
         own = corrected or laboratory.made(database, test)
         title = f"Test {own}"
