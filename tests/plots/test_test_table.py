@@ -8,9 +8,16 @@ import pytest
 from matplotlib.text import Text
 
 from pymoo_psi import TestTable
+from pymoo_psi.algorithms import sections
 from pymoo_psi.analysis import histogram
 from pymoo_psi.files import read_table
-from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
+from pymoo_psi.plots import (
+    plot_objectives,
+    plot_ranking,
+    plot_sections,
+    plot_table,
+    save_figures,
+)
 from pymoo_psi.table import Schema
 from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
 from tests.helpers.draws import rarely
@@ -291,6 +298,8 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
         np.testing.assert_array_equal(np.sort(x[ax]), np.sort(mixed[name].astype(float)))
     assert len({*x[metal]}) == len(x[metal])  # tests of one option stand side by side
     assert_whole(figure)
+    lines = plot_sections(sections(mixed, columns=["f1"])).axes[-2:]
+    assert names == [[text.get_text() for text in ax.get_xticklabels()] for ax in lines]
 
 
 @pytest.mark.parametrize("n", [0, 1])

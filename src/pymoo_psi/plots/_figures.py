@@ -655,8 +655,9 @@ def _name_lines(
     # In shares of the width of the axes.
     left = -ax.bbox.x0 / ax.bbox.width
     right = left + figure.bbox.width / ax.bbox.width
-    shares = ax.transAxes.inverted().transform(ax.transData.transform([(x, 0) for x in places]))
-    levels, is_right = _flags(shares[:, 0], np.array(widths) / ax.bbox.width, left, right)
+    begin, end = ax.get_xlim()
+    shares = (places - begin) / (end - begin)
+    levels, is_right = _flags(shares, np.array(widths) / ax.bbox.width, left, right)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
@@ -803,7 +804,8 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
     values = line["value"].tolist()
     design = line["design"].iloc[0]
     options: list[object] = []
-    if not all(isinstance(value, (int, float)) for value in values):
+    is_number = [isinstance(value, (int, float)) for value in values]
+    if not all(is_number) or isinstance(design, bool):
         options = values
         design = values.index(design)
         values = list(range(len(values)))

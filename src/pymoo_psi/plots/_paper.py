@@ -342,7 +342,6 @@ def _draw_functions(
         style = next(styles) | {"marker": ""}
         # One test point is the optimum for several speeds, which gives steps.
         ax.step(functions["c"], functions[name], label=label, where="mid", **style)
-    symbols = [label.split(",")[0] for label in labels.values()]
-    ax.set_ylabel(", ".join(symbols))
+    ax.set_ylabel(", ".join(label.split(",")[0] for label in labels.values()))
     head_axes(ax)
     ax.set(xlim=(0, None), xlabel="$c$, initial speed of the centre")
