@@ -139,8 +139,9 @@ def test_remarks_tell_repeats(frame, average_by, remarks):
 
 
 def known(F, error):
-    """A table of two objectives with a standard error that is known."""
-    errors = {f"f{j} standard error": np.full(len(F), error) for j in (1, 2)}
+    """A table of two objectives with a standard error that is known, the same for both or two."""
+    columns = np.broadcast_to(error, (len(F), 2)).T
+    errors = {f"f{j} standard error": column for j, column in enumerate(columns, 1)}
     return TestTable.of(range(1, len(F) + 1), np.zeros((len(F), 0)), F, outputs=errors)
 
 
@@ -228,3 +229,11 @@ def test_a_column_with_the_name_of_a_further_output_is_not_overwritten(name, oth
 def test_a_repeated_test_of_an_optimal_design_is_not_dominated():
     table = TestTable.of([1, 2, 3], [[0.1], [0.2], [0.1]], [[1, 2], [2, 1], [1, 2]])
     assert counts_sentence(table) == "3 tests; none of them is dominated."
+
+
+def test_equal_values_without_noise_stay_equal():
+    """Three prices that are known, and a noisy mass: of equal price only the lightest can be best."""
+    price, mass = np.divmod(np.arange(12), 4)
+    frame = known(np.column_stack([price, 9 - 3 * price + mass]), [0.0, 0.1]).confidence()
+    assert np.array_equal(frame["pareto"], mass == 0)
+    assert np.array_equal(frame["f1"], price)

@@ -125,5 +125,8 @@ def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
     covariances = prior - gains @ prior
     covariances = (covariances + covariances.transpose(0, 2, 1)) / 2
     sizes, axes = np.linalg.eigh(covariances)
-    factors = axes * np.sqrt(np.maximum(sizes, 0.0))[:, None, :]
-    return means * lengths, factors * lengths[:, None]
+    factors = axes * np.sqrt(np.maximum(sizes, 0.0))[:, None, :] * lengths[:, None]
+    # What has no error is known: rounding would break ties, and equal designs would not be equal.
+    is_exact = errors == 0
+    factors[is_exact] = 0.0
+    return np.where(is_exact, values, means * lengths), factors

@@ -579,9 +579,10 @@ def rank_of_efficiency(
 
     Args:
         F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n, m >=
-            1. A pandas data frame keeps the names of its columns and rows. A result of pymoo, a
-            ranking and a test table work, too. Rankings and tables have their own directions; only
-            the feasible designs of a table are ranked.
+            1. A pandas data frame keeps the names of its columns and rows; rows that share a name
+            get their number appended, "A #2" for the second row. A result of pymoo, a ranking and a
+            test table work, too. Rankings and tables have their own directions; only the feasible
+            designs of a table are ranked.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does. By default ``True``, or as the ranking or table has it.
