@@ -302,6 +302,15 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     assert names == [[text.get_text() for text in ax.get_xticklabels()] for ax in lines]
 
 
+@pytest.mark.parametrize("ends", [(3.0, 4.0), (2.0, 8.0), (2.0, 30.0), (1.0, 1e6)])
+def test_logarithmic_axes_of_any_length_have_ticks(ends):
+    x = np.geomspace(*ends, 9)
+    schema = Schema.of(1, 1, kinds=["log"], lower=ends[:1], upper=ends[1:])
+    for ax in plot_table(TestTable.of(range(1, 10), x[:, None], x[:, None], schema=schema)).axes:
+        low, high = ax.get_xlim()
+        assert 2 <= sum(low <= tick <= high for tick in ax.get_xticks()) <= 8
+
+
 @pytest.mark.parametrize("n", [0, 1])
 @pytest.mark.parametrize("plot", [plot_table, plot_objectives])
 def test_little_is_drawn_as_well(n, plot):

@@ -338,6 +338,7 @@ def name_axis(
                 break
         else:
             axis.set_label_text(text.format(literal(label, int(share * len(label[:40])) - 2)))
+    low, high = getattr(axes, f"get_{letter}lim")()
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
         names = [literal(option, 14) for option in options[::step]]
@@ -346,12 +347,15 @@ def name_axis(
             rotation = 90
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
-    elif axis.get_scale() == "linear":
+    elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
         locator = MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least_ticks)
         axis.set_major_locator(locator)
         axis.set_major_formatter(_Ticks())
     else:
-        axis.get_major_locator().set_params(numticks=n_ticks + 1)
+        factors = [1.0]
+        if high < 100 * low:
+            factors = [1.0, 2.0, 5.0]
+        axis.get_major_locator().set_params(subs=factors, numticks=n_ticks + 1)
 
 
 def extent(text: Text) -> Bbox:
