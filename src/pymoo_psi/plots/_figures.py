@@ -405,9 +405,7 @@ def plot_ranking(
         ax = figure.add_subplot()
         ax.set(xlim=(edge, 1))
         ax.axis("off")
-        word = ""
-        if values:
-            word, _ = marks[marked]
+        word = marks[marked][0] if values else ""
         _draw_rows(ax, ranking, is_log, marked, word)
         if edge < 0:  # where a fixed range begins
             ax.vlines(0, 0, n - 1, color="0.8", linewidth=0.6, zorder=0)
@@ -563,9 +561,7 @@ def _places_in_words(places: Array) -> str:
     numbers = np.unique(places).tolist()
     if len(numbers) > 2:
         return f"places {numbers[0]} to {numbers[-1]}"
-    if len(numbers) == 2:
-        return f"places {numbers[0]} and {numbers[1]}"
-    return "".join(f"place {number}" for number in numbers)
+    return ("", "place ", "places ")[len(numbers)] + " and ".join(map(str, numbers))
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:

@@ -342,9 +342,8 @@ def name_axis(
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
         names = [literal(option, 14) for option in options[::step]]
-        rotation = 0
-        if letter == "x" and len("  ".join(names)) * _LETTER_WIDTH > room:
-            rotation = 90
+        is_upright = letter == "x" and len("  ".join(names)) * _LETTER_WIDTH > room
+        rotation = 90 if is_upright else 0
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
@@ -352,9 +351,7 @@ def name_axis(
         axis.set_major_locator(locator)
         axis.set_major_formatter(_Ticks())
     else:
-        factors = [1.0]
-        if high < 100 * low:
-            factors = [1.0, 2.0, 5.0]
+        factors = [1.0, 2.0, 5.0] if high < 100 * low else [1.0]
         axis.get_major_locator().set_params(subs=factors, numticks=n_ticks + 1)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import __version__, plots
-from pymoo_psi._numbers import decimal_mark, number, percent
+from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, counted, invalid
 from pymoo_psi.analysis import (
@@ -87,8 +87,7 @@ class DecisionReport(Document):
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        filters = {"grid": _contents.grid, "image": _contents.image, "percent": percent}
-        environment.filters |= filters
+        environment.filters |= {"grid": _contents.grid, "image": _contents.image}
         with decimal_mark(table.decimal):
             return environment.get_template("report.html").render(
                 report=self,
