@@ -254,8 +254,10 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
         raise ArgumentValueError(problem) from error
     # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
-        dtype = Received(f"dtype {array.dtype}")
-        raise wrong_type(name, "an array of real numbers", dtype, remedy)
+        received: Any = value
+        if hasattr(value, "__array__"):
+            received = Received(f"dtype {array.dtype}")
+        raise wrong_type(name, "an array of real numbers", received, remedy)
     return array.astype(np.float64, copy=False)
 
 

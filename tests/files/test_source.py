@@ -224,6 +224,8 @@ FILES = {
     "a mean at its limit": ("m,a,b\nA,0.1,5\nA,0.2,5\nA,0.3,5\nB,0.15,7\n", {"average_by": "m", "limits": "a<=0.2"}, {"a": [0.2, 0.15], "b": [5, 7]}),
     "a failure without a number": (STATUS, {"objectives": ["cost"]}, "row 4 .* holds no number in the column 'cost'"),
     "one column of numbers": (RANKED, {"variables": ["f2"]}, "two columns or more must be of numbers, .* got f1; to rank"),
+    "names and one column of numbers": ("a,b\nx,1\ny,2\n", {}, r"01067 \(none\), got b; to rank"),
+    "texts alone": ("a,b\nx,u\ny,v\n", {}, r"01067 \(none\), got none$"),
     "variables alone": ("x1,x2,x3\n1,2,3\n2,3,1\n", {}, r"without labels, variables and codes such as 01067 \(x1, x2, x3\), got none; to rank .*, name them by Formulation"),
     "an objective that is not there": (RANKED, {"objectives": ["f3"]}, "objectives must be one of"),
     "lines of JSON": ('[{"a": 1, "b": 2}]', {"skip_rows": [1]}, "must be left out for JSON"),

@@ -22,7 +22,7 @@ points = arrays(
 def test_hypervolume_is_the_share_of_grid_cells_dominated(F):
     cells = list(itertools.product(range(5), range(5)))
     dominated = [any(f[0] <= a and f[1] <= b for f in F) for a, b in cells]
-    assert hypervolume(F, 5.0) == (pytest.approx(np.mean(dominated)), 0.0)
+    assert hypervolume(F.tolist(), 5.0) == (pytest.approx(np.mean(dominated)), 0.0)
 
 
 @pytest.mark.parametrize("size", [(1, 40), (300, 8), (40, 16), (5, 17), *rarely((2000, 6))])

@@ -107,7 +107,7 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
     ("F", "options", "kind", "message"),
     [
         ([[1.0, np.nan]], {}, ValueError, r"F must be finite, got nan at index \[0, 1\]; leave out"),
-        ([["a", "b"]], {}, TypeError, "F must be an array of real numbers, got dtype"),
+        ([["a", "b"]], {}, TypeError, r"F must be an array of real numbers, got \[\['a', 'b'\]\]"),
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "None if it found no feasible design"),
         (np.zeros((0, 2)), {}, ValueError, r"one or more of each, got shape \(0, 2\); use F"),

@@ -508,13 +508,21 @@ def _claims(
         objectives = [name for name in columns if name in asked]
     variables = variables or numbered[VARIABLE]
     if len(objectives) < (1 if named else 2):
-        codes = [name for name in columns if columns[name].codes is not None]
-        others = [name for name in columns if name in (*labels, *variables, *codes)]
+        others = []  # which may be ranked if the user names them
+        for name, column in columns.items():
+            is_taken = name in (*labels, *variables) or column.codes is not None
+            if is_taken and column.may_hold_numbers():
+                others.append(name)
+        remedy = ""
+        if others or objectives:
+            remedy = (
+                "to rank by one alone, or by those in parentheses, name them by "
+                f"{argument('objectives')}"
+            )
         raise UnfitError(
             "two columns or more must be of numbers, without labels, variables and codes such as "
             f"01067 ({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
-            "to rank by one alone, or by those in parentheses, name them by "
-            f"{argument('objectives')}",
+            remedy,
         )
     known_names("objectives", objectives, columns)
     known_names("variables", variables, columns)

@@ -15,9 +15,10 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi._validation import AnyArray, Array, Mask, Received, Rows, invalid
+from pymoo_psi._validation import AnyArray, Array, Mask, Rows, objective_matrix, real_array
 
 Levels = Rows
 
@@ -73,7 +74,7 @@ def competes(F: Array, feasible: Mask) -> Mask:
     return feasible & np.isfinite(F).all(axis=-1)
 
 
-def nondominated(F: Array) -> Mask:
+def nondominated(F: ArrayLike) -> Mask:
     """Mark the rows of ``F`` that no other row dominates; equal rows are kept together.
 
     Values of an objective that differ by no more than rounding noise, 1.4e-14 of their size,
@@ -86,17 +87,18 @@ def nondominated(F: Array) -> Mask:
         ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
 
     Raises:
-        ArgumentValueError: A value is NaN or infinite.
+        ArgumentValueError: A value is NaN or infinite, or ``F`` has another shape.
+        ArgumentTypeError: ``F`` does not hold real numbers.
 
     Example:
-        >>> nondominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
+        >>> nondominated([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]])
         array([ True,  True, False,  True])
     """
-    if len(F) == 0:
-        return np.zeros(0, dtype=bool)
-    if not np.isfinite(F).all():  # moocore (0.3) gives wrong answers, or ends the process
-        raise invalid("F", "finite", Received("NaN or infinity"))
-    F = without_rounding(F)
+    F = real_array("F", F)
+    if F.size == 0:
+        return np.ones(len(F), dtype=bool)
+    # Of NaN and infinity moocore (0.3) gives wrong answers, or ends the process.
+    F = without_rounding(objective_matrix("F", F))
     n, m = F.shape
     if m == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)

@@ -11,8 +11,9 @@ import numpy as np
 from moocore import epsilon_additive as epsilon_additive
 from moocore import igd_plus as igd_plus
 from moocore import pareto_rank as pareto_rank
+from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Array
+from pymoo_psi._validation import positive_number, real_array
 from pymoo_psi.sequences import lp_tau
 
 # By number of objectives, the number of points whose volume moocore (0.3) computes within half a
@@ -22,7 +23,7 @@ _SHIFTS = 16
 _PROBES = 2**11  # the number of points of each shift
 
 
-def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
+def hypervolume(F: ArrayLike, reference_point: float) -> tuple[float, float]:
     """Return the share of a cube that a set dominates, 0 to 1, and its standard error.
 
     The value is exact, with error 0, if it takes about a second at most (Zitzler and Thiele 1998):
@@ -35,7 +36,13 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
         F: ``(n, m)`` points, n >= 0; only those below the reference point count.
         reference_point: r > 0; the cube is 0 to r in every objective. A point below 0 counts as
             one at 0.
+
+    Raises:
+        ArgumentValueError: The reference point is not above 0.
+        ArgumentTypeError: An argument does not hold real numbers.
     """
+    F = real_array("F", F)
+    reference_point = positive_number("reference_point", reference_point)
     inside = (reference_point > F).all(axis=1)
     points = np.maximum(F[inside], 0.0) / reference_point
     n, m = points.shape
