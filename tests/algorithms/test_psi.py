@@ -23,6 +23,7 @@ from pymoo_psi import (
     QMCSampling,
     Required,
     SphereChute,
+    SurrogatePSI,
     VectorizedSphereChute,
     investigate,
 )
@@ -46,6 +47,23 @@ def test_individuals_are_those_of_pymoos_own_loop():
         np.testing.assert_array_equal(ours.pop.get(name), theirs.pop.get(name), err_msg=name)
     assert ours.opt.get("test_point").tolist() == theirs.opt.get("test_point").tolist()
     assert ours.algorithm.table.equals(algorithm.table)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda problem: minimize(problem, PSI(32)).X,
+        lambda problem: minimize(problem, PSI(64), ("n_eval", 32)).X,
+        lambda problem: minimize(problem, SurrogatePSI(32)).X,
+        lambda problem: asked_and_told(problem, PSI(32, block_size=10)).result().X,
+        lambda problem: investigate(problem, 32).best(),
+    ],
+)
+def test_a_run_of_which_all_tests_failed_says_so_once(run):
+    """Its result has no front, which may also be one beyond the limits."""
+    with pytest.warns(UserWarning, match="32 of 32 tests failed: F is missing; see") as warned:
+        flaw(run, Model(lambda x: {"f": x}, n_var=2))
+    assert len(warned) == 1
 
 
 @pytest.mark.parametrize("wrapper", [lambda problem: problem, FailureTolerant])

@@ -20,6 +20,7 @@ from pymoo_psi._validation import (
     Mask,
     Names,
     Values,
+    counted,
     known_name,
     mapping,
     name_list,
@@ -359,6 +360,15 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
 def warn_of_output(name: str, where: str) -> None:
     """Warn that an output of a model is lost."""
     warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
+
+
+def warn_if_all_failed(tests: TestTable, stacklevel: int) -> None:
+    """Warn at the end of a run of which every test has failed: its front is merely empty."""
+    if len(tests) > 0 and tests.failed().all():
+        first = tests.reasons[int(tests.numbers[0])]
+        n_tests = counted(len(tests), "test")
+        message = f"{len(tests)} of {n_tests} failed: {first}; see table.reasons"
+        warnings.warn(message, stacklevel=stacklevel)
 
 
 def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:

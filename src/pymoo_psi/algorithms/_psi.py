@@ -37,6 +37,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._executor import PieceTask, values_with_seeds
+from pymoo_psi.algorithms._model import warn_if_all_failed
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import AlgorithmSettings, Keep, RunOptions, RunSettings
@@ -263,6 +264,7 @@ class PointAlgorithm(WithTable, Algorithm):
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
         self._run.close()
+        warn_if_all_failed(self._tests, stacklevel=6)  # the line that calls minimize
         super().finalize()
 
     def _infill(self) -> Population | None:
@@ -676,6 +678,7 @@ def investigate(
     if is_noisy:
         table = PieceTask(model, keep).needed(averaged_repeats(table))
     table = model.under(run.numbered(table))
+    warn_if_all_failed(table, stacklevel=3)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = table.take(table.pareto())
     if keep != "all":  # whether all tests that are left out have failed is unknown
