@@ -130,6 +130,7 @@ def test_panels_are_one_for_each_column_and_variable(table):
     [
         ({"columns": ["mas"]}, 96, "columns must be one of"),
         ({"design": 500}, 96, "design must be"),
+        ({"row": 96}, 96, "row must be a row of the table, from 0 to 95, got 96"),
         ({"n_values": 1}, 96, "n_values must be"),
         ({}, 5, "8 or more with a value of"),
     ],

@@ -172,8 +172,18 @@ def ask_tests(
         results; and ``failure``, for the reason of a failed test.
 
     Raises:
-        ArgumentValueError: There are not so many new designs.
+        ArgumentValueError: There are not so many new designs, or ``options`` have no study.
         StudyError: The study belongs to another model, or cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> from pymoo.core.problem import Problem
+        >>> study = tempfile.mkdtemp() + "/lab.db"
+        >>> frame = ask_tests(Problem(n_var=1, n_obj=1, xl=0, xu=1), 3, RunOptions(study=study))
+        >>> frame["x1"].tolist()
+        [0.0, 0.5, 0.25]
+        >>> tell_tests(frame.assign(f1=[3, 2, None]), study)
+        ['2 tests taken, 0 known already.', 'Pending tests: 3.']
     """
     require_no_permutation(problem)
     model = Model(problem, options)

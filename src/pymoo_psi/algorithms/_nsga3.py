@@ -34,6 +34,7 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Values, integer, invalid
+from pymoo_psi.algorithms._sampling import uniform_sampling
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -109,6 +110,12 @@ def nsga3(
         rule = "at least 2 for NSGA-III"
         remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
+    if seed is not None:
+        integer("seed", seed, minimum=0)
+    if kwargs.get("pop_size") is not None:
+        integer("pop_size", kwargs["pop_size"], minimum=1)
+    if isinstance(kwargs.get("sampling"), str):
+        kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)

@@ -82,6 +82,8 @@ def sections(
     known_names("columns", columns, [*schema.objectives, *schema.constraints, *schema.outputs])
     if row is None:
         row = _row_of(table, design)
+    elif integer("row", row, minimum=0) >= len(table):
+        raise invalid("row", f"a row of the table, from 0 to {len(table) - 1}", row)
     space = space_of_table(table)
     is_near = space.are_near(table.X, REACH)
     if not is_near[row]:

@@ -11,13 +11,22 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, option_text
-from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, identity_text, invalid
+from pymoo_psi._validation import (
+    Columns,
+    FilePath,
+    Head,
+    Mask,
+    Numbers,
+    Values,
+    identity_text,
+    invalid,
+)
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import PsiError, StudyAccessError
@@ -360,7 +369,7 @@ def _study_of(options: RunOptions) -> Study:
     Raises:
         ArgumentValueError: It is a folder without a share, or a file with one.
     """
-    path = Study(options.study or "").path
+    path = Study(cast(FilePath, options.study)).path
     if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
         rule = "the name of a folder with a share=(k, n), of a file without one"
         raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")

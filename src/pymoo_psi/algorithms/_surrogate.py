@@ -97,7 +97,8 @@ class SurrogatePSI(PointAlgorithm):
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
-        n_points: How many points of the sequence come first, 20 by default.
+        n_points: How many points of the sequence come first, 20 by default. Of a smaller
+            ``n_evaluations`` all are such points; a study goes on from there with a larger one.
         batch: How many designs a round proposes; by default 2, or as many as there are workers,
             while fewer than 64 tests are feasible, then 8. A smaller batch learns more from each
             test.

@@ -72,6 +72,8 @@ def require_known_keywords(
         near = difflib.get_close_matches(name, known, n=1)
         if near:
             message += f"; did you mean {near[0]!r}?"
+        if name == "n_jobs":
+            message += "; give the problem elementwise_runner=JoblibRunner(n_jobs)"
         raise ArgumentTypeError(message)
 
 

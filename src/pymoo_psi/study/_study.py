@@ -52,6 +52,7 @@ from pymoo_psi._validation import (
     Values,
     identity_text,
     invalid,
+    wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import Database, Proposal, created
@@ -100,6 +101,10 @@ class Study:
     _database: Database | None = None  # the open file
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
+        if not isinstance(path, (str, os.PathLike)):
+            raise wrong_type("study", "the name of a file", path)
+        if not os.fspath(path):
+            raise invalid("study", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             raise invalid(
