@@ -267,10 +267,12 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
 
 
 @pytest.mark.parametrize("algorithm", ["psi", "surrogate", "psi+nsga3", "nsga3"])
-def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm):
+@pytest.mark.parametrize("most", [0.5, -1])
+def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm, most, recwarn):
+    """Without a warning of PSI, which goes on, that all tests failed."""
 
     def half(x):
-        if x[0] > 0.5:
+        if x[0] > most:
             raise ValueError("no mesh")
         return {"F": [x[0], 1 - x[0] + x[1]]}
 
@@ -280,6 +282,7 @@ def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm):
         partial(compare, problem, n_evaluations=33, seeds=1, algorithms=[algorithm]),
     )
     assert len(problem.calls) <= 66
+    assert not recwarn.list
 
 
 @pytest.mark.parametrize("problem", [get_problem("bnh"), get_problem("dtlz2")])

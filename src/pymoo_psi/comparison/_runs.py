@@ -31,6 +31,7 @@ from __future__ import annotations
 import copy
 import json
 import time
+import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -260,7 +261,11 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     reason = ""
     began = time.perf_counter()
     try:
-        search(observed, task.n_evaluations, task.seed or 0)  # without a seed it is deterministic
+        with warnings.catch_warnings():
+            # of PSI, which goes on after the end; the error below has the reason
+            warnings.filterwarnings("ignore", f".* failed: {EndOfRunError.__name__}")
+            seed = task.seed or 0  # without one it is deterministic
+            search(observed, task.n_evaluations, seed)
     except EndOfRunError:
         pass
     except Exception as error:
