@@ -30,9 +30,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
+from functools import partial
 from itertools import chain, compress
 from typing import Any, NamedTuple, TypeAlias
 
@@ -94,15 +96,13 @@ _SUM = re.compile(
     r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
     re.IGNORECASE,
 )
-_MEANS = r"average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
-_MEAN = re.compile(rf"\W*(?:{_MEANS})\W*", re.IGNORECASE)
-_STATISTIC = re.compile(rf"\W*(?:{_MEANS}|(?:min|max)(?:imum)?)\W*", re.IGNORECASE)
-# Statistics that may lie beyond the values of which they are one.
-_OUTSIDE = re.compile(
-    r"\W*(?:std|(?:std|standard)[. -]*dev(?:iation)?|stdev|standardabweichung|stabw"
-    r"|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
+_STATISTIC = re.compile(
+    r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
+    r"|(?:min|max)(?:imum)?|(?:std|standard)[. -]*(?:dev(?:iation)?)?|stdev|standardabweichung"
+    r"|stabw|écart[- ]type|σ)\W*",
     re.IGNORECASE,
 )
+_STATISTICS = (np.mean, np.median, np.min, np.max, np.std, partial(np.std, ddof=1))
 
 
 class UnfitError(ArgumentValueError):
@@ -568,7 +568,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse rows that are named as a sum or statistic, and a last one that is a sum of others.
+    """Refuse rows that are named as a sum, or as a statistic that they hold, and a sum below all.
 
     The sum of two may be a design that has a name.
 
@@ -606,31 +606,36 @@ def require_designs(
 def _computed_rows(
     texts: Mapping[str, list[Any]], naming: str, numbers: Sequence[Array]
 ) -> Iterator[tuple[str, int]]:
-    """Yield the columns and rows of cells that name a sum, or above or below others a statistic."""
+    """Yield the columns and rows of cells that name a sum, or a statistic if the row holds one."""
     for name, cells in texts.items():
         for row, cell in enumerate(cells):
             # In another column it may be the name of a supplier.
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 yield name, row
-    names = texts.get(naming, ())
-    for row, statistic in ((0, _MEAN), (len(names) - 1, _STATISTIC)):
-        if len(names) < 2 or names.count(names[row]) > 1:
-            continue
-        name = str(names[row])[:_LONGEST]
-        # A design may be called max, whose numbers are greater than those of others, or std, if it
-        # is the standard one, to which others follow.
-        is_beyond = row > 0 and _OUTSIDE.fullmatch(name)
-        if is_beyond or (statistic.fullmatch(name) and _is_within_others(numbers, row)):
+    names = [str(name)[:_LONGEST] for name in texts.get(naming, ())]
+    designs = np.array([_STATISTIC.fullmatch(name) is None for name in names], dtype=bool)
+    for row in np.flatnonzero(~designs).tolist():
+        # A design may be called max or standard, too.
+        if any(_holds(statistic, numbers, row, designs) for statistic in _STATISTICS):
             yield naming, row
 
 
-def _is_within_others(columns: Sequence[Array], row: int) -> bool:
-    """Say whether the numbers of a row are within those of all others."""
+def _holds(
+    statistic: Callable[[Array], Any], columns: Sequence[Array], row: int, designs: Mask
+) -> bool:
+    """Say whether a row holds a statistic of designs, in all columns in which it has a number."""
+    is_any = False
     for numbers in columns:
-        others = np.delete(numbers, row)
-        if not np.fmin.reduce(others) <= numbers[row] <= np.fmax.reduce(others):
-            return False
-    return True
+        value = numbers[row]
+        finite = numbers[designs & np.isfinite(numbers)]
+        if np.isfinite(value):
+            # It may be rounded to the digits that are written.
+            unit = 10.0 ** int(Decimal(f"{value:.15g}").as_tuple().exponent)
+            with np.errstate(all="ignore"):
+                if len(finite) < 2 or not abs(statistic(finite) - value) <= 0.5 * unit:
+                    return False
+            is_any = True
+    return is_any
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:

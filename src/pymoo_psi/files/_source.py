@@ -598,9 +598,9 @@ def _roles(
         )
     for name, claim in claims.items():
         roles[name], remark = _role(cells, columns[name], claim, is_guess=is_guess)
-        if claim == OBJECTIVE and name not in maximize and _UPWARD.search(name):
+        if claim == OBJECTIVE and is_guess and not maximize and _UPWARD.search(name):
             option = f"--maximize '{entry_of(name)}', or maximize= in Python"
-            remark = f"{name} is minimised; if more is better, say {option}."
+            remark = f"{name} is minimised unless you say {option}."
         if remark == _MAY_BE_RANKED:
             unranked.append(name)
         elif remark:

@@ -322,7 +322,8 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     titles = column_titles(problem)
-    names = {*space.variable_names, *titles.values()}
+    own_names = space.variable_names
+    names = {*own_names, *[titles.get(name, name) for name in own_names]}
     if log is None:
         log = _own_log(problem, names)
     known_names("log", log, names)
