@@ -68,6 +68,7 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
         ({"names": {"x1": "x2"}}, ArgumentValueError, "names of a table must be distinct, .* got 'x2'"),
         ({"maximize": "f2"}, ArgumentTypeError, "maximize must be a list of names"),
         ({"log": "x2"}, ArgumentTypeError, "log (of the problem )?must be a list of"),
+        ({"names": {"f2": "gain"}, "log": ["gain"]}, ArgumentValueError, "log must be one of 'x1', 'x2', got"),
         ({"maximize": ["gain"]}, ArgumentValueError, "maximize must be one of 'f1', 'f2', got 'gain'"),
     ],
 )  # fmt: skip

@@ -43,7 +43,7 @@ class Wide(ElementwiseProblem):
     """Area from 1e-4 to 1e3; what counts is its common logarithm."""
 
     def __init__(self, log=("area",)):
-        self.names, self.log = {"x1": "area", "x2": "height", "f1": "cost"}, log
+        self.names, self.log = {"x1": "area", "x2": "height"}, log
         super().__init__(n_var=2, n_obj=2, xl=[1e-4, 0.0], xu=[1e3, 2.0])
 
     def _evaluate(self, x, out, *args, **kwargs):
@@ -183,7 +183,7 @@ NAMES = "log must be one of 'area', 'height', 'x1', 'x2', got"
     ("attribute", "option", "message"),
     [
         (["are"], None, NAMES),
-        (("area", "cost"), None, NAMES),
+        (("area", "run"), None, NAMES),
         ({"area", "run"}, None, NAMES),
         ("area", None, "log of the problem must be a list of variables, got 'area'"),
         ("x1", None, "log of the problem must be a list of variables, got 'x1'"),

@@ -299,6 +299,7 @@ def test_many_objectives_are_folded_but_complete():
     [
         (TABLE.take([]), {}, "the table must be one with tests and objectives"),
         (LIMITED, {"design": 96}, "design must be the number or label of a feasible test, got 96"),
+        (TABLE, {"about": "A note"}, "about must be a list of lines, got .A note.; one goes into"),
     ],
 )
 def test_mistakes(table, options, message):

@@ -69,11 +69,9 @@ class WrappedProblem(Problem):
 
     def __init__(self, problem: Any, **changed: Any) -> None:
         if uses_wrapped_values(self) and untolerant(problem) is not problem:
-            raise invalid(
-                "problem",
-                f"FailureTolerant around {type(self).__name__}, not within it",
-                Received(type(problem).__name__),
-            )
+            inner, outer = type(self).__name__, type(problem).__name__
+            rule = "without FailureTolerant, as which Recorded takes Robust"
+            raise invalid("problem", rule, Received(outer), f"say {outer}({inner}(...))")
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
         same = ["n_obj", "n_ieq_constr", "n_eq_constr", "elementwise", "elementwise_runner"]

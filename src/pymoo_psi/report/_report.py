@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import __version__, plots
 from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._output import Document
-from pymoo_psi._validation import Names, Received, counted, invalid
+from pymoo_psi._validation import Names, Received, collection, counted, invalid
 from pymoo_psi.analysis import (
     confidence_sentences,
     counts_sentence,
@@ -148,6 +148,7 @@ def decision_report(
         >>> "f1 at most 2</h3>" in report.html()
         True
     """
+    about = tuple(collection("about", about, "a list of lines", "one goes into a list too"))
     if not isinstance(table, TestTable):
         table = read_table(table, drop_incomplete=True)
         about = (*about, *table.remarks)
@@ -165,9 +166,7 @@ def decision_report(
     if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
         table = table.under(replace(table.decision, chosen=chosen, reason=""))
     if not eligible.any():
-        return DecisionReport(title, question, tuple(about), None, (), table)
+        return DecisionReport(title, question, about, None, (), table)
     with decimal_mark(table.decimal):
         choice = Choice(table, existing_designs(prototype, table))
-    return DecisionReport(
-        title, question, tuple(about), choice.ranking, choice.cautions, table, choice
-    )
+    return DecisionReport(title, question, about, choice.ranking, choice.cautions, table, choice)
