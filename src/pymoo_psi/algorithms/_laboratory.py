@@ -100,11 +100,30 @@ class _Laboratory:
         """Which tests are pending."""
         return f"pending tests: {', '.join(map(str, self.pending)) or 'none'}"
 
+    @property
+    def last_round(self) -> int:
+        """The number of the last round of proposals; 0 before the first."""
+        return max((proposal.round for _, proposal in self.proposals.values()), default=0)
+
     def design(self, test: int) -> Values:
         """Return the assigned values of the variables by name; choices as texts."""
         _, proposal = self.proposals[test]
         design: Values = proposal.content["design"]
         return design
+
+    def with_all_digits(self, test: int, values: Values) -> Values:
+        """Return the values of a row with the assigned ones where these are blank or rounded."""
+        digits = {}
+        for name, value in self.design(test).items():
+            if _text(values.get(name, value)) == _text(value):
+                digits[name] = value
+        return values | digits
+
+    def require_assigned(self, place: str, test: int | None) -> None:
+        """Refuse a number that no assigned test has; that of a repeat belongs to the study."""
+        if test not in self.proposals or self.original(test) != test:
+            rule = "that of a test that was asked for and is not cancelled"
+            raise invalid(f"{place}, {TEST}", rule, test)
 
     def original(self, test: int) -> int:
         """Return the number of the test that an assigned one repeats, or its own."""
@@ -205,19 +224,16 @@ def ask_tests(
             n_known = len(laboratory.tests) + len(laboratory.pending)
             n_first = min(n_tests, max(0, _POINTS - n_known))
         known = laboratory.marks(model.schema.variables)
-        proposals = []
-        for design in _points_of_sequence(model, options, known, n_first):
-            proposals.append(Proposal(0, 0, store.origin, {"design": design}))
+        designs = _points_of_sequence(model, options, known, n_first)
+        proposals = [Proposal(0, 0, store.origin, {"design": design}) for design in designs]
         if n_tests > n_first:
-            pending = [*map(laboratory.design, laboratory.pending)]
-            pending += [proposal.content["design"] for proposal in proposals]
-            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
-            last_round = max(rounds, default=0)
+            pending = [*map(laboratory.design, laboratory.pending), *designs]
             n = n_tests - n_first
+            last_round = laboratory.last_round
             X = _proposed_by_surrogates(model, options, store, pending, n, last_round)
             for design in _unknown_designs(model, X, known, n):
-                entries = {"design": design}
-                proposals.append(Proposal(0, last_round + 1, "surrogates", entries))
+                content = {"design": design}
+                proposals.append(Proposal(0, last_round + 1, "surrogates", content))
         with store.study.changes() as database:
             tests = [laboratory.assign(database, store.run, proposal) for proposal in proposals]
         return laboratory.frame(tests)
@@ -349,28 +365,24 @@ def _results_in(
     NaN. ``reason`` is that of a failure, or "".
     """
     kinds = _kinds_of_columns(columns, laboratory, remarks)
+    unknown = dict.fromkeys(laboratory.results, np.nan)
     for i in range(len(columns[TEST].cells)):
         place = cells.where(i)
         values = _values_of_row(i, place, columns, kinds, laboratory.choices)
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
         missing = [name for name in laboratory.results if name not in values]
-        has_results = len(missing) < len(laboratory.results)
-        if not has_results and not reason:
+        is_blank_row = len(missing) == len(laboratory.results)
+        if is_blank_row and not reason:
             continue  # it stays pending
-        if has_results and reason:
+        if reason and not is_blank_row:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
-        if test not in laboratory.proposals or laboratory.original(test) != test:
-            rule = "that of a test that was asked for and is not cancelled"
-            raise invalid(f"{place}, {TEST}", rule, test)
+        laboratory.require_assigned(place, test)
         if missing and not reason:
             remarks.append(f"A row of test {test} is not taken: {', '.join(missing)} is blank.")
             continue
-        for name, value in laboratory.design(test).items():
-            if _text(values.get(name, value)) == _text(value):
-                values[name] = value  # with all its digits
-        unknown = dict.fromkeys(laboratory.results, np.nan)
+        values = laboratory.with_all_digits(test, values)
         yield test, place, unknown | values | {"reason": reason}
 
 
@@ -504,8 +516,6 @@ def _discard(
 
 def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]) -> list[str]:
     """Write the tests of results; return sentences on designs that were changed."""
-    import pandas as pd
-
     sentences = []
     rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
     for corrected, (test, place, values) in results:
@@ -522,14 +532,23 @@ def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewRes
         facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
         rows_by_run[run].append((place, values | facts))
     for run, rows in sorted(rows_by_run.items()):
-        places, values_of_tests = zip(*rows, strict=True)
-        frame = pd.DataFrame(values_of_tests)
-        if not frame[PROPOSAL_ROUND].any():
-            del frame[PROPOSAL_ROUND]
-        columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-        columns = with_computed(database.head, columns, places, sentences)
-        database.append(run, columns, 0)
+        _append(database, run, rows, sentences)
     return sentences
+
+
+def _append(
+    database: Database, run: int, rows: Sequence[tuple[str, Values]], sentences: list[str]
+) -> None:
+    """Write tests of a run: of each its place in the source and its values by name."""
+    import pandas as pd
+
+    places, values = zip(*rows, strict=True)
+    frame = pd.DataFrame(values)
+    if not frame[PROPOSAL_ROUND].any():
+        del frame[PROPOSAL_ROUND]
+    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
+    columns = with_computed(database.head, columns, places, sentences)
+    database.append(run, columns, 0)
 
 
 def with_computed(
