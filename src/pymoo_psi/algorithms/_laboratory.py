@@ -18,6 +18,7 @@ import numpy as np
 from pymoo_psi._kinds import Kind, named_option
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
+    Array,
     Columns,
     Designs,
     Entries,
@@ -573,15 +574,8 @@ def with_computed(
         if not expression:
             continue
         values = np.where(has_failed, np.nan, Expression.of(expression).values(operands))
-        given = columns.get(name, values)
-        differs = ~np.isclose(given, values, rtol=ROUNDED, atol=0) & ~np.isnan(given)
-        if differs.any():
-            row = int(differs.argmax())
-            remarks.append(
-                f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
-                f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "
-                f"{values[row]:.6g}."
-            )
+        if name in columns:
+            remarks += _differences(name, expression, columns[name], values, places)
         columns[name] = values
         operands[name] = values
     if "requirements" in head:
@@ -590,3 +584,18 @@ def with_computed(
         for requirement in requirements_of(head["requirements"]["rules"], names):
             columns[requirement.name] = requirement.violation(designs)
     return columns
+
+
+def _differences(
+    name: str, expression: str, given: Array, computed: Array, places: Sequence[str]
+) -> list[str]:
+    """Return the remark on an output whose given values differ from the computed ones, if any."""
+    differs = ~np.isclose(given, computed, rtol=ROUNDED, atol=0) & ~np.isnan(given)
+    if not differs.any():
+        return []
+    row = int(differs.argmax())
+    return [
+        f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
+        f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "
+        f"{computed[row]:.6g}."
+    ]

@@ -80,10 +80,7 @@ def sections(
     if columns is None:
         columns = schema.objectives
     known_names("columns", columns, [*schema.objectives, *schema.constraints, *schema.outputs])
-    if row is None:
-        row = _row_of(table, design)
-    elif integer("row", row, minimum=0) >= len(table):
-        raise invalid("row", f"a row of the table, from 0 to {len(table) - 1}", row)
+    row = _row_of(table, design, row)
     space = space_of_table(table)
     is_near = space.are_near(table.X, REACH)
     if not is_near[row]:
@@ -91,12 +88,7 @@ def sections(
         raise invalid("the design of sections", rule, Received(table.names[row]))
     Z = encoded(space, space.places(table.X))
     Z[~is_near] = np.nan
-    lines = {}
-    for j, variable in enumerate(space.variables):
-        values = _values(variable, n_values)
-        line = np.repeat(table.X[[row]], len(values), axis=0)
-        line[:, j] = values
-        lines[variable.name] = values, encoded(space, space.places(line))
+    lines = _lines(space, table.X[row], n_values)
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
@@ -104,6 +96,19 @@ def sections(
     sections = pd.concat(frames, ignore_index=True)
     sections.attrs["units"] = dict(schema.units)
     return sections
+
+
+def _lines(
+    space: DesignSpace, design: AnyArray, n_values: int
+) -> dict[str, tuple[AnyArray, Array]]:
+    """Return lines through a design along each variable; see :func:`_sections_of`."""
+    lines = {}
+    for j, variable in enumerate(space.variables):
+        values = _values(variable, n_values)
+        line = np.repeat(design[None], len(values), axis=0)
+        line[:, j] = values
+        lines[variable.name] = values, encoded(space, space.places(line))
+    return lines
 
 
 def _sections_of(
@@ -138,8 +143,12 @@ def _sections_of(
     return frames
 
 
-def _row_of(table: TestTable, design: int | str | None) -> int:
-    """Return the row of a design, or of the chosen one, or of the Salukvadze optimum."""
+def _row_of(table: TestTable, design: int | str | None, row: int | None) -> int:
+    """Return a row of a table, that of a design, the chosen one, or the Salukvadze optimum."""
+    if row is not None:
+        if integer("row", row, minimum=0) >= len(table):
+            raise invalid("row", f"a row of the table, from 0 to {len(table) - 1}", row)
+        return row
     if design is None:
         design = table.decision.chosen
     if design is None:
