@@ -198,9 +198,14 @@ def boolean(name: str, value: object) -> bool:
     return bool(value)
 
 
-def finite_number(name: str, value: object) -> float:
+def is_real(value: object) -> bool:
+    """Whether it is a real number, which may be NaN or infinite; True and False are none."""
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+
+
+def finite_number(name: str, value: Any) -> float:
     """Return ``value`` as a ``float``; it must be a finite real number."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    if not is_real(value):
         raise wrong_type(name, "a finite number", value)
     number = math.inf
     with suppress(OverflowError):  # of an integer beyond float64

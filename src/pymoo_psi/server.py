@@ -410,6 +410,7 @@ def live(study: FilePath, *, steer: bool = False, port: int | None = None) -> Li
         port: The port of the server on this machine; by default 8741 or, if it is taken, any.
 
     Raises:
+        ArgumentValueError: The name is that of a table.
         PsiError: The extra ``live`` is not installed, or the server cannot start.
 
     Example:
@@ -419,7 +420,7 @@ def live(study: FilePath, *, steer: bool = False, port: int | None = None) -> Li
         ...     print(view.address)
         http://127.0.0.1:.../
     """
-    words = [sys.executable, "-m", "pymoo_psi", "live", os.fspath(study)]
+    words = [sys.executable, "-m", "pymoo_psi", "live", Study(study).path]
     words += ["--no-browser", "--attached"]
     if steer:
         words.append("--steer")
@@ -432,5 +433,6 @@ def live(study: FilePath, *, steer: bool = False, port: int | None = None) -> Li
         if not address:
             process.communicate()
             messages.seek(0)
-            raise PsiError(f"the server of {study} cannot start: {messages.read().strip()}")
+            reason = messages.read().strip().removeprefix("pymoo-psi: error: ")
+            raise PsiError(f"the server of {study} cannot start: {reason}")
     return LiveView(process, address)

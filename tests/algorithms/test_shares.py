@@ -23,7 +23,10 @@ CHUTE = VectorizedSphereChute(0.4)
             {"share": (9, 16)},
             "share must be one that gets a point of points 1 to 8, got 9 of 16; test as many",
         ),
-        ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder with a share"),
+        (
+            {"share": (1, 2), "study": "s.db"},
+            "study must be a file or, for a share of the points, a folder, got",
+        ),
         ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),
     ],
 )

@@ -72,7 +72,9 @@ def test_single_usable_tests_have_means_and_no_confidence():
     F = [[1.0, 2.0], [np.nan, np.nan], [2.0, 1.0]]
     table = average_repeats(TestTable.of([1, 2, 3], [[0], [0], [1]], F))
     assert table.F.tolist() == [[1, 2], [2, 1]]
-    refused("standard errors", table.confidence, error=ArgumentValueError)
+    refused(
+        "errors in columns 'f1 standard error', 'f2", table.confidence, error=ArgumentValueError
+    )
 
 
 def test_failed_tests_do_not_count_in_means():

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import Decision, Formulation, TestTable, investigate
+from pymoo_psi import Decision, Formulation, TestTable, investigate, rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Schema
@@ -129,6 +129,11 @@ def test_a_page_needs_a_feasible_design(table, received):
             "a limit of a page must be one of .* got 'proposal_round'; leave out the rows",
         ),
         ({"source": beams().iloc[:0]}, "a frame with rows"),
+        (
+            {"source": rank_of_efficiency([[1, 2], [2, 1]])},
+            r"source must be .*, got EfficiencyRanking\(",
+        ),
+        ({"prototype": 9}, r"prototype must be of shape \(n, m\)"),
     ],
 )
 def test_mistakes(change, message):

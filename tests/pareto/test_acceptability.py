@@ -82,7 +82,9 @@ def test_a_single_optimum_is_best_for_all_weights():
     assert shares.tolist() == [[0, 0, 0], [1, 0, 0], [1, 0, 0]]
 
 
-@pytest.mark.parametrize("wrong", [{"factor": 1}, {"p": 0.5}, {"p": 33}, {"places": 0}])
+@pytest.mark.parametrize(
+    "wrong", [{"factor": 1}, {"factor": "2"}, {"p": 0.5}, {"p": "2"}, {"p": 33}, {"places": 0}]
+)
 def test_wrong_arguments_are_refused_by_name(wrong):
     refused(f"^{next(iter(wrong))} must be", acceptability, TWO, error=ArgumentValueError, **wrong)
 

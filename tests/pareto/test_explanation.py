@@ -218,6 +218,7 @@ def test_a_name_of_the_users_is_not_respelt():
     ("call", "kind", "message"),
     [
         (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be one of 'price'"),
+        (lambda: explain(CARS, 0, units="k€"), TypeError, "units must be a mapping from names to units, got 'k€'"),
         (lambda: explain(CARS, 2.5), TypeError, "design must be an integer >= 0, got 2.5"),
         (lambda: explain(CARS, True), TypeError, "design must be an integer >= 0, got True"),
         (lambda: explain(ARRAY, row=4), ValueError, "row must be a row of F, from 0 to 3, got 4"),

@@ -298,7 +298,7 @@ def test_many_objectives_are_folded_but_complete():
     ("table", "options", "message"),
     [
         (TABLE.take([]), {}, "the table must be one with tests and objectives"),
-        (LIMITED, {"design": 96}, "design must be the number or label of a feasible test, got 96"),
+        (LIMITED, {"design": 96}, "feasible test, got 96; it is beyond stress at most 70 MPa .126"),
         (TABLE, {"about": "A note"}, "about must be a list of lines, got .A note.; one goes into"),
     ],
 )

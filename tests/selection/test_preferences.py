@@ -11,6 +11,7 @@ from pymoo_psi import (
     CompromiseProgramming,
     EfficientSubset,
     Knee,
+    Preferred,
     ReferencePoint,
     SalukvadzeOptimum,
     rank_of_efficiency,
@@ -112,6 +113,9 @@ def test_directions_do_not_matter(F):
     ("call", "kind", "message"),
     [
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
+        (lambda: CompromiseProgramming("2"), ValueError, "p must be a number from 1 to inf, got '2'"),
+        (lambda: Preferred("A>B"), ValueError, "an answer must be a triple such as .*, got 'A'"),
+        (lambda: Preferred([(0, 3)]), ValueError, r"an answer must be a triple such as .*, got \(0, 3\)"),
         (lambda: CompromiseProgramming(weights=[1, -1]).do(np.eye(2)), ValueError, "weights must be a list of numbers >= 0"),
         (lambda: ReferencePoint([1, 2, 3]).do(np.eye(2)), ValueError, r"point must be of shape \(2,\)"),
     ],

@@ -44,6 +44,7 @@ def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
 def test_selectors_follow_pymoos_convention():
     assert SalukvadzeOptimum()(F3).tolist() == SalukvadzeOptimum().do(F3).tolist() == [1]
     refused("rank must be 3, 4, 5 or 6, got 7", EfficientSubset, 7, error=ValueError)
+    refused("rank must be 0, 3, 4, 5 or 6, got 9", rank_of_efficiency(F3).subset, 9)
 
 
 def by_hand(F, p, weights, normalize):

@@ -3,6 +3,7 @@
 import copy
 import pickle
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -11,8 +12,16 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import Decision, TestTable, explain
-from pymoo_psi.analysis import constraint_costs, histogram
+from pymoo_psi import Decision, TestTable, explain, write_table
+from pymoo_psi.analysis import (
+    average_repeats,
+    constraint_costs,
+    convergence,
+    histogram,
+    sensitivities,
+    switching_sentences,
+    switching_values,
+)
 from pymoo_psi.table import Schema
 from tests.helpers.asked import freed, violations
 from tests.helpers.exact import best_rows
@@ -190,10 +199,24 @@ def test_tables_of_other_values_or_columns_are_not_equal(other):
     assert not PLAIN.equals(other)
 
 
+OF_TABLES = (
+    average_repeats,
+    constraint_costs,
+    convergence,
+    sensitivities,
+    switching_sentences,
+    switching_values,
+    partial(histogram, variable="x1"),
+    partial(write_table, path="w.csv"),
+)
+
+
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
         (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a name in limits must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
+        *[(partial(call, "t.csv"), TypeError, "table must be of type TestTable, got str; .*read_table") for call in OF_TABLES],
+        (lambda: PLAIN.merge("t.csv"), TypeError, "other must be of type TestTable, got str"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of .*'x1', got 'x3'"),
         (lambda: PLAIN.with_outputs({"heat": [1.0]}), ValueError, r"the output 'heat' must be of shape \(2,\), got shape \(1,\)"),
         (lambda: PLAIN.with_outputs({"x1": [1.0, 2.0]}), ValueError, "names of a table must be distinct, .* got 'x1'"),

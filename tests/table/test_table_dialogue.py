@@ -92,9 +92,7 @@ def test_the_refined_box_holds_the_feasible_set(limit, margin):
     limited = RING.under(limits={"f1": limit})
     inside = RING.X[limited.feasible()]
     if len(inside) == 0:
-        refused(
-            "one with a feasible design", limited.refined_bounds, error=ValueError, margin=margin
-        )
+        refused("none of .* is feasible", limited.refined_bounds, error=ValueError, margin=margin)
         return
     low, high = inside.min(axis=0), inside.max(axis=0)
     np.testing.assert_array_equal(limited.refined_bounds(), [low, high])

@@ -371,7 +371,7 @@ def _study_of(options: RunOptions) -> Study:
     """
     path = Study(cast(FilePath, options.study)).path
     if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
-        rule = "the name of a folder with a share=(k, n), of a file without one"
+        rule = "a file or, for a share of the points, a folder"
         raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
     if options.share:
         path = f"{path}/{options.part.file}"

@@ -24,7 +24,7 @@ from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.analysis._switching import rounded_text
 from pymoo_psi.pareto import listed
-from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable
+from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable, require_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,6 +67,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     """
     import pandas as pd
 
+    require_table(table)
     mask, names = table.violations()
     alone = _alone(mask)
     schema = table.schema

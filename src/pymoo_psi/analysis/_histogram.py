@@ -9,7 +9,7 @@ import numpy as np
 
 from pymoo_psi._numbers import spans_decades
 from pymoo_psi._validation import AnyArray, Array, Integers, Mask, integer, known_name
-from pymoo_psi.table import VARIABLE, Kind, TestTable, value_ranks
+from pymoo_psi.table import VARIABLE, Kind, TestTable, require_table, value_ranks
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +67,7 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         >>> counts.edges, counts.tested, counts.feasible
         (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
     """
+    require_table(table)
     bins = integer("bins", bins, minimum=1)
     known_name("variable", variable, table.schema.values)
     places = table.column(variable)

@@ -36,6 +36,7 @@ from pymoo_psi.table import (
     error_column,
     has_errors,
     in_decimals,
+    require_table,
     unequal,
 )
 
@@ -69,6 +70,7 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         >>> designs["f1 standard error"].round(2)
         array([1.19, 0.97])
     """
+    require_table(table)
     tests = _under_all_objectives(table)
     schema = tests.evaluated
     by, first, design = _tests_by_design(tests, by)

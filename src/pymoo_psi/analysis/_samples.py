@@ -27,6 +27,7 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RUN,
     TestTable,
+    require_table,
     value_ranks,
 )
 
@@ -66,6 +67,7 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         >>> print(len(table), *sentences)
         64 It is unknown how designs were sampled: ...
     """
+    require_table(table)
     table = table.take(np.argsort(table.numbers))  # as they were tested
     sentences = []
     if {RUN, POINT} <= {*table.schema.notes}:

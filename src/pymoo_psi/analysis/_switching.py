@@ -40,7 +40,7 @@ from pymoo_psi.pareto import (
     with_article,
     without_rounding,
 )
-from pymoo_psi.table import Limit, TestTable
+from pymoo_psi.table import Limit, TestTable, require_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,6 +83,7 @@ def switching_values(table: TestTable) -> pd.DataFrame:
     """
     import pandas as pd
 
+    require_table(table)
     columns = ["column", "end", "direction", "present", "value", "design"]
     frame = pd.DataFrame([*_changes(table)], columns=columns, dtype=object)  # None stays None
     return frame.astype({"present": np.float64, "value": np.float64})
@@ -243,6 +244,7 @@ def switching_sentences(table: TestTable) -> list[str]:
         'Tighter limits: if f1 must be below 1, test 1 is proposed; if f2 must be below 1, test 3 is
         proposed.'
     """
+    require_table(table)
     if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:
         return []
     sentences = []

@@ -16,13 +16,13 @@ from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 
-from pymoo_psi._validation import FilePath, Head, instance, invalid
+from pymoo_psi._validation import FilePath, Head, invalid
 from pymoo_psi.files._cells import Cells, UnfitError, cells_of_frame
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.files._tests import StudyFile
 from pymoo_psi.files._texts import CsvFile, JsonFile
 from pymoo_psi.files._workbook import WorkbookFile
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import TestTable, require_table
 
 _PARQUET = "Parquet"
 _ARCHIVED = rb"PK\x03\x04.{26}"  # up to the name of the first file in a ZIP archive
@@ -168,5 +168,5 @@ def write_table(table: TestTable, path: FilePath) -> None:
         >>> len(table)
         200
     """
-    instance("table", table, TestTable)
+    require_table(table)
     format_of(path, "tests").save_tests(path, table)

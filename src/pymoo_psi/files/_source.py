@@ -510,8 +510,9 @@ def _claims(
     if len(objectives) < (1 if named else 2):
         others = []  # which may be ranked if the user names them
         for name, column in columns.items():
-            is_taken = name in (*labels, *variables) or column.codes is not None
-            if is_taken and column.may_hold_numbers():
+            if column.may_hold_numbers() and (
+                name in (*labels, *variables) or column.codes is not None
+            ):
                 others.append(name)
         remedy = ""
         if others or objectives:

@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from pymoo_psi._names import name_of, named_as
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name, wrong_type
 from pymoo_psi.analysis import confidence_sentences, failure_sentences
@@ -301,7 +302,8 @@ def existing_designs(source: Any, table: TestTable, **reading: Any) -> TestTable
         computed=table.formulation.computed,
         units=units,
     )
-    return read_table(source, asked, **reading)
+    with named_as({"source": name_of("prototype")}):
+        return read_table(source, asked, **reading)
 
 
 def designs_of_page(tests: TestTable) -> TestTable:

@@ -16,7 +16,7 @@ import numpy as np
 
 from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percents
-from pymoo_psi._validation import Array, Integers, Received, Rows, integer, invalid
+from pymoo_psi._validation import Array, Integers, Received, Rows, integer, invalid, is_real
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
@@ -139,9 +139,9 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
 def require_norm(p: float, factor: float | None) -> None:
     """Refuse an order of the norm or a factor of weights that is out of its range."""
     # The comparisons reject NaN, too.
-    if not (1 <= p <= _P_MOST or p == np.inf):
+    if not is_real(p) or not (1 <= p <= _P_MOST or p == np.inf):
         raise invalid("p", f"a number from 1 to {_P_MOST}, or inf", p)
-    if factor is not None and not factor > 1:
+    if factor is not None and not (is_real(factor) and factor > 1):
         raise invalid("factor", "a number above 1, or None for all weights", factor)
 
 

@@ -45,10 +45,12 @@ from pymoo_psi._validation import (
     Received,
     Rows,
     boolean,
+    counted,
     finite_array,
     integer,
     invalid,
     known_name,
+    mapping,
     name_list,
     objective_matrix,
     require_shape,
@@ -452,8 +454,8 @@ class EfficiencyRanking(Shown):
         """Return the numbers of designs and objectives, and the best design."""
         n, m = self.objectives.values.shape
         best = self.name_of(int(self.salukvadze[0]))
-        size = f"{n} designs by {m} objectives: {self.pareto.sum()} Pareto optimal"
-        return f"EfficiencyRanking({size}, the best is {best})"
+        size = f"{counted(n, 'design')} by {counted(m, 'objective')}"
+        return f"EfficiencyRanking({size}: {self.pareto.sum()} Pareto optimal, the best is {best})"
 
     def name_of(self, row: int) -> str:
         """Return the name of a design in sentences: its label if that is a text, else "design 3".
@@ -519,6 +521,8 @@ class EfficiencyRanking(Shown):
             >>> ranking.subset(6), ranking.subset(0)
             (array([1]), array([0, 2]))
         """
+        if rank not in (0, 3, 4, 5, 6):
+            raise invalid("rank", "0, 3, 4, 5 or 6", rank)
         rows = self.by_place
         return np.asarray(rows[self.pareto[rows] & (self.rank[rows] == rank)])
 
@@ -748,7 +752,7 @@ def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> E
     """Return a ranking with units of its objectives by name; None leaves those that it has."""
     if units is None:
         return ranking
-    for name in units:
+    for name in mapping("units", units, "names to units"):
         known_name("units", name, [*map(str, ranking.objectives.names)])
     return replace(ranking, objectives=replace(ranking.objectives, units=units))
 

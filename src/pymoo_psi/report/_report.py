@@ -13,6 +13,7 @@ from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, Received, collection, counted, invalid
 from pymoo_psi.analysis import (
+    beyond_limits,
     confidence_sentences,
     counts_sentence,
     decision_sentences,
@@ -22,7 +23,7 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.files import read_table
 from pymoo_psi.page import existing_designs, fonts
-from pymoo_psi.pareto import EfficiencyRanking, measured_in, weights_sentence
+from pymoo_psi.pareto import EfficiencyRanking, listed, measured_in, weights_sentence
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import TestTable
@@ -159,7 +160,10 @@ def decision_report(
     if design is not None:
         row = table.row_of(design)
         if not eligible[row]:
-            raise invalid("design", "the number or label of a feasible test", design)
+            remedy = "it has failed"
+            if not table.failed()[row]:
+                remedy = f"it is beyond {listed([*beyond_limits(table, row).values()])}"
+            raise invalid("design", "the number or label of a feasible test", design, remedy)
         chosen = table.names[int(table.ranked_as[row])]
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
         chosen = None

@@ -27,6 +27,7 @@ from pymoo_psi._validation import (
     counted,
     finite_array,
     invalid,
+    is_real,
     mapping,
     require_shape,
     source_type,
@@ -174,7 +175,7 @@ class CompromiseProgramming(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         # Below 1 it would not be a norm; the comparison rejects NaN, too.
-        if not p >= 1:
+        if not is_real(p) or not p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
         self.p: float = float(p)
         self.weights = weights
@@ -245,7 +246,8 @@ class Preferred(RankingSelector):
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: By ``.do``, if an answer is not about two Pareto-optimal designs.
+        ArgumentValueError: An answer is no triple. Also by ``.do``, if it is not about two
+            Pareto-optimal designs.
 
     Example:
         >>> import numpy as np
@@ -264,6 +266,9 @@ class Preferred(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.answers: list[tuple[Any, str, Any]] = [*answers]
+        for answer in self.answers:
+            if len(answer) != 3:
+                raise invalid("an answer", "a triple such as ('A', '>', 'B')", answer)
         self.p = p
         self.factor = factor
 

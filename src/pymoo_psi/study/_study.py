@@ -111,7 +111,7 @@ class Study:
                 "study",
                 "a database with a name such as designs.db",
                 os.fspath(path),
-                "tables are read by --from and written by 'pymoo-psi export'",
+                "'pymoo-psi solve' reads tables by --from, and 'pymoo-psi export' writes them",
             )
         self.wait = wait
         self.stays_open = False

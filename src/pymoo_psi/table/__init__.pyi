@@ -74,5 +74,6 @@ from ._storage import write_csv as write_csv
 from ._storage import written_text as written_text
 from ._table import checked_numbers as checked_numbers
 from ._table import has_errors as has_errors
+from ._table import require_table as require_table
 from ._table import unequal as unequal
 from ._view import STATUSES as STATUSES

@@ -37,6 +37,7 @@ from pymoo_psi._validation import (
     counted,
     finite_number,
     flat,
+    instance,
     invalid,
     known_name,
     real_array,
@@ -661,9 +662,10 @@ class TestTable(View, Shown):
         """Return the error of a table without a feasible design."""
         words = self.schema.words
         size = counted(len(self), words["row"])
-        received = Received(f"none of {size}, of which {self.failed().sum()} {words['failed']}")
-        remedy = "loosen the limits, test more points, or see the reasons of failures"
-        return invalid("the table", "one with a feasible design", received, remedy)
+        return ArgumentValueError(
+            f"none of {size} is feasible ({self.failed().sum()} {words['failed']}); "
+            "loosen the limits, test more points, or see the reasons of failures"
+        )
 
     def best(self) -> TestTable:
         """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
@@ -709,7 +711,7 @@ class TestTable(View, Shown):
         objectives = self.schema.objectives
         names = list(map(error_column, objectives))
         if not has_errors(self):
-            rule = f"one with standard errors, {', '.join(names)}"
+            rule = f"one with the standard errors in columns {', '.join(map(repr, names))}"
             remedy = "average tests by pymoo_psi.analysis.average_repeats(table, label)"
             raise invalid("the table", rule, Received("none"), remedy)
         errors = np.column_stack([self.column(name)[ranking.rows] for name in names])
@@ -792,6 +794,7 @@ class TestTable(View, Shown):
             >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
             array([1, 2, 3, 4])
         """
+        instance("other", other, TestTable)
         whole = self._stacked([self, other])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
         earlier = rows[inverse]  # the first row with the number of each row
@@ -1011,6 +1014,11 @@ def _widened(low: float, high: float, margin: float, kind: Kind | None) -> tuple
     if kind is Kind.INTEGER:
         return float(np.floor(low - step)), float(np.ceil(high + step))
     return low - step, high + step
+
+
+def require_table(table: object) -> None:
+    """Refuse what is no table, such as an array or the name of a file."""
+    instance("table", table, TestTable, "pymoo_psi.read_table(...) makes one of any source")
 
 
 def has_errors(table: TestTable) -> bool:
