@@ -183,6 +183,40 @@ def flat(values: Any, of: str = "") -> dict[str, str]:
     return texts
 
 
+def identity_facts(identity: Head, other: Head) -> dict[str, str]:
+    """Return the identity of a problem by path, as far as it is to be compared with another one.
+
+    An argument that only one of two identities has is left out if it has its default value there:
+    it was added to the class, or removed from it, and the values are as before. If each of the two
+    has one that the other lacks, both count: one may be the other under a new name.
+
+    Args:
+        identity: What :func:`problem_identity` returns, or nothing.
+        other: The identity of the other problem.
+    """
+    defaults = identity.get("defaults", {})
+    arguments = _arguments(identity)
+    other_arguments = _arguments(other)
+    may_be_renamed = arguments - other_arguments and other_arguments - arguments
+    facts = flat({name: value for name, value in identity.items() if name != "defaults"})
+    for name, value in defaults.items():
+        if name in other_arguments or may_be_renamed:
+            facts |= flat({f"parameters.{name}": value})
+    return facts
+
+
+def _arguments(identity: Head) -> set[str]:
+    """Return the paths of all arguments in the identity of a problem."""
+    paths = {*identity.get("defaults", {})}
+    parameters = identity.get("parameters")
+    of = ""
+    while isinstance(parameters, Mapping):
+        paths |= {f"{of}{name}" for name in parameters}
+        parameters = parameters.get("wrapped")
+        of += "wrapped."
+    return paths
+
+
 def plain_value(value: Any) -> Any:
     """Return a value of NumPy or pandas as numbers and lists, or as text if it is none of these."""
     plain = np.asarray(value).tolist()

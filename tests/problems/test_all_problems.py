@@ -1,7 +1,11 @@
 """Problems of other people: every problem of pymoo."""
 
 import contextlib
+import inspect
+import math
 import pathlib
+import subprocess
+import sys
 import warnings
 from dataclasses import dataclass
 
@@ -10,9 +14,11 @@ import pandas as pd
 import pymoo.problems
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.problems.functional import FunctionalProblem
 
 from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.problems import WrappedProblem
 from tests.helpers.parts import parts
 from tests.helpers.refusals import refused
 
@@ -221,3 +227,121 @@ def test_arrays_belong_to_a_study(study_file):
     changed.loads[0] = 5.0  # in its place: the default value changes, too
     for other in (changed, Loaded(np.array([1.0, 3.0])), Loaded(parts=(np.array([2, 2]), 3.0))):
         refused(ANOTHER, investigate, other, 8, study=study_file)
+
+
+def beam(**defaults):
+    """Return a class that keeps its arguments, whose default values are these."""
+
+    class Beam(ElementwiseProblem):
+        def __init__(self, **given):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+            vars(self).update(defaults | given)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [x[0], self.load * x[1]]
+
+    named = inspect.Parameter.KEYWORD_ONLY
+    parameters = [inspect.Parameter(name, named, default=v) for name, v in defaults.items()]
+    Beam.__signature__ = inspect.Signature(parameters)
+    return Beam
+
+
+@pytest.mark.parametrize("wrap", [lambda problem: problem, lambda problem: Weighed(problem, 2.0)])
+def test_an_edited_default_is_another_model(study_file, wrap):
+    """Its value counts, given or not; an argument that only one class has counts if it differs."""
+    table = investigate(wrap(beam(load=1.0)()), 4, study=study_file)
+    same = [
+        (beam(load=1.0), {"load": 1}),
+        (beam(load=2.0), {"load": 1.0}),
+        (beam(load=1.0, loss=0.5), {}),  # added
+        (beam(load=1.0), {}),  # removed
+    ]
+    for kind, given in same:
+        again = investigate(wrap(kind(**given)), 4, study=study_file)
+        assert again.equals(table)
+        assert table.merge(again).equals(table)
+    others = [
+        (beam(load=2.0), {}, r"load is 1.0 in the study, 2.0 asked"),
+        (beam(load=1.0), {"load": 2.0}, r"load is 1.0 in the study, 2.0 asked"),
+        (beam(load=[1.0]), {}, r"load.0 is absent in the study, 1.0 asked"),
+        (beam(load=[]), {}, r"load is 1.0 in the study, absent asked"),
+        (beam(load=1.0, loss=0.5), {"loss": 0.4}, r"loss is absent in the study, 0.4 asked"),
+        (beam(force=1.0), {"load": 1.0}, r"load is 1.0 in the study, absent asked.*force"),
+    ]
+    for kind, given, said in others:
+        problem = wrap(kind(**given))
+        refused(said, investigate, problem, 4, study=study_file, error=StudyMismatchError)
+        refused("of one problem", table.merge, investigate(problem, 4))
+
+
+class Weighed(WrappedProblem):
+    """A wrapper whose values depend on an argument of its own."""
+
+    def __init__(self, problem, weight):
+        super().__init__(problem)
+        self.weight = weight
+
+    def fingerprint(self):
+        return {"weight": self.weight}
+
+
+def heavy(x):
+    return 2 * x[0]
+
+
+@pytest.mark.parametrize("other", [heavy, np.mean, len, "heavy", Model().evaluate.__func__])
+def test_functions_are_compared_by_their_names(study_file, other):
+    for _ in range(2):
+        investigate(Model(title={"law": [math.sin, math]}), 4, study=study_file)
+    refused(ANOTHER, investigate, Model(title={"law": [other, math]}), 4, study=study_file)
+
+
+@pytest.mark.parametrize("law", [lambda x: x[0], (lambda c: lambda x: c * x[0])(2)])
+def test_functions_without_a_name_of_their_own_are_named(study_file, law):
+    for problem in (Model(title=law), FunctionalProblem(2, [law, heavy], xl=0, xu=1)):
+        with pytest.warns(UserWarning, match="problem's (title|objs) is made of; give a study_key"):
+            investigate(problem, 4, study=study_file)
+        study_file.unlink()
+
+
+def test_a_method_is_no_argument_of_its_name(study_file):
+    """The argument ``name`` is kept elsewhere, where pymoo has a method."""
+
+    class Named(ElementwiseProblem):
+        def __init__(self, name="beam"):
+            super().__init__(n_var=2, n_obj=1, xl=0, xu=1)
+            self._name = name
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x.sum()
+
+    for _ in range(2):
+        investigate(Named(), 4, study=study_file)
+    refused(ANOTHER, investigate, Named("bar"), 4, study=study_file)
+
+
+def test_functions_have_the_same_names_in_another_process(tmp_path):
+    """As a script, or imported by another one, or from a package; also after a copy by pickle."""
+    text = """
+import pickle, sys
+from pathlib import Path
+import numpy as np
+from pymoo.core.problem import ElementwiseProblem
+from pymoo_psi import investigate
+def mass(x):
+    return x[0] * x[1]
+class Beam(ElementwiseProblem):
+    def __init__(self, mass=mass, tables=((1, None),), loads=np.array([1.0, 2.0])):
+        super().__init__(n_var=2, n_obj=1, xl=1, xu=2)
+        self.mass, self.tables, self.loads = mass, tables, loads
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = self.mass(x)
+def run():
+    for problem in (Beam(mass), pickle.loads(pickle.dumps(Beam()))):
+        investigate(problem, 4, study=Path(__file__).with_suffix(".db"))
+"""
+    (tmp_path / "beams.py").write_text(text + "if __name__ == '__main__':\n    run()\n")
+    outer = f"import sys; sys.path.insert(0, {str(tmp_path.parent)!r}); "
+    package = f"from {tmp_path.name} import beams; beams.run()"
+    for call in (["beams.py"], ["-c", "import beams; beams.run()"], ["-c", outer + package]):
+        subprocess.run([sys.executable, "-W", "error", *call], cwd=tmp_path, check=True)

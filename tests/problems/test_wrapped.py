@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -138,10 +139,28 @@ def test_the_wrapped_problem_has_its_callback(wrap):
     assert len(seen) == len(problem.calls) > 0
 
 
-def test_the_wrapped_problem_replaces_nan():
-    problem = Model(lambda x: {"F": [np.nan, x[0]]}, n_var=2, replace_nan_values_by=9.0)
-    F = Restricted(problem, BOX).evaluate(np.array([[0.3, 0.4]]))
-    np.testing.assert_array_equal(F, [[9.0, 0.3]])
+@pytest.mark.parametrize("elementwise", [True, False])
+def test_nan_is_replaced_before_it_is_checked(elementwise, study_file):
+    """By pymoo's option, in every way to evaluate a problem."""
+
+    class Gap(Problem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            first = x[..., 0]
+            out["F"] = np.stack([np.where(first > 0.5, np.nan, first), x[..., 1]], axis=-1)
+
+    def gap(**options):
+        return Gap(n_var=2, n_obj=2, xl=0, xu=1, elementwise=elementwise, **options)
+
+    filled = gap(replace_nan_values_by=9.0)
+    X = np.array([[0.3, 0.4], [0.6, 0.5]])
+    expected = [[0.3, 0.4], [9.0, 0.5]]
+    wrappers = [Restricted(filled, BOX), FailureTolerant(filled), Recorded(filled, study_file)]
+    for problem in (filled, *wrappers):
+        np.testing.assert_array_equal(problem.evaluate(X, return_values_of=["F"]), expected)
+    assert (investigate(filled, 8).status == "ok").all()
+    assert (investigate(gap(), 8).status == "failed").any()
+    # another number for NaN gives other values
+    refused("replace_nan_values_by is 9.0", Recorded, gap(replace_nan_values_by=8.0), study_file)
 
 
 def test_a_comparison_counts_the_values_that_failed_designs_have():

@@ -517,11 +517,13 @@ class PSI(PointAlgorithm):
             which :func:`~pymoo_psi.read_table` reads as one study.
         study_key: A version or constants of the model; a study rejects a changed key. The study
             itself compares name, variables, choices and number of objectives, and the numbers,
-            texts and arrays that the problem was made with, or what its method ``fingerprint()``
-            returns. These are arguments of its class that it keeps as attributes of the same name,
-            also in lists, mappings and data classes, but no paths; a warning names those that are
-            other objects. It does not know other attributes or the code of the model. Other bounds,
-            samplings or requirements start another run in the same study.
+            texts, arrays and names of functions that the problem was made with, or what its method
+            ``fingerprint()`` returns. These are arguments of its class, given or default, that it
+            keeps as attributes of the same name, also in lists, mappings and data classes, but no
+            paths; a warning names those that are other objects, or functions without a name of
+            their own. An argument that is added to the class later, or removed, is accepted with
+            its default value. The study does not know other attributes or the code of the model.
+            Other bounds, samplings or requirements start another run in the same study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study, 10 by default.

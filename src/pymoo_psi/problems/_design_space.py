@@ -6,10 +6,12 @@ import hashlib
 import inspect
 import os
 import re
+import sys
 import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import compress
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -39,7 +41,7 @@ from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
 _LEAST_PERMUTED = 4  # fewer integers have such bounds by chance
-_UNKNOWN = object()  # what a study cannot compare, such as code
+_UNKNOWN = object()  # what a study does not compare, such as paths
 _LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
 # A text that looks like a path, whatever is on the disk: /data, ./a, ~/a, C:\a, meshes/ or a/b.msh.
@@ -65,6 +67,7 @@ class Variable:
         options: The options of a choice.
         fixed: Whether it has one value; a design as the problem takes it does not include it.
         title: The problem's own name for it.
+        key: Its key in a design that is a mapping; anything that has the name as its text.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Variable:
     options: tuple[Any, ...] = ()
     fixed: bool = False
     title: str = ""
+    key: Any = None
 
     def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
@@ -269,8 +273,8 @@ class DesignSpace:
             matrix = matrix[:, free]
         if not self.named:
             return matrix
-        names = self.free.variable_names
-        designs = (dict(zip(names, row, strict=True)) for row in matrix.tolist())
+        keys = [variable.key for variable in self.free.variables]
+        designs = (dict(zip(keys, row, strict=True)) for row in matrix.tolist())
         return np.fromiter(designs, object)
 
     def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
@@ -282,7 +286,7 @@ class DesignSpace:
                 column = variable.values(np.zeros(len(designs)))
             elif self.named:
                 # fromiter: options may be sequences themselves
-                column = np.fromiter((design[variable.name] for design in designs), object)
+                column = np.fromiter((design[variable.key] for design in designs), object)
             else:
                 column = next(vectors)
             columns.append(column)
@@ -525,12 +529,14 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     The name is not enough, as a model has constants. So numbers and texts that the problem was made
     with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
     wrapper with such a method, that of the wrapped problem, too. Wrappers that have other columns,
-    or other values in them, are named by their classes.
+    or other values in them, are named by their classes. Two identities are compared by
+    :func:`identity_facts`.
 
     Args:
         problem: The problem.
         others: As for :func:`own_parameters`.
     """
+    parameters, defaults = own_parameters(problem, [] if others is None else others)
     model = within_same_columns(problem)
     choices = {}
     for variable in design_space(model, log=()).variables:
@@ -540,7 +546,8 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     identity: Values = {
         "problem": problem_name(problem),
         "choices": choices,
-        "parameters": own_parameters(problem, [] if others is None else others),
+        "parameters": parameters,
+        "defaults": defaults,
         "wrappers": [type(p).__name__ for p in layers(problem)[:-1] if not p.same_columns],
         "expressions": {name: known.text for name, known in expressions},
         "logarithms": [*getattr(problem, "logarithms", ())],
@@ -551,54 +558,89 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     return identity
 
 
-def own_parameters(problem: Any, others: list[str]) -> Values:
+def own_parameters(problem: Any, others: list[str]) -> tuple[Values, Values]:
     """Return what a problem's ``fingerprint()`` returns, or the constants that it was made with.
 
-    These are numbers, texts and arrays, also in lists, mappings and data classes. They are the
-    arguments of its classes that it keeps as attributes of the same name, or with an underscore
-    before it, except default values and what pymoo's ``Problem`` takes. A text that looks like a
-    path is left out: it says where something is, not what.
+    These are numbers, texts, arrays and names of functions and classes, also in lists, mappings and
+    data classes. They are the arguments of its classes that it keeps as attributes of the same
+    name, or with an underscore before it, except what pymoo's ``Problem`` takes and does not change
+    values. A text that looks like a path is left out: it says where something is, not what.
 
     Args:
         problem: The problem.
         others: The names of arguments, to which those are added that hold other objects.
+
+    Returns:
+        The parameters; and the arguments that have their default values, by their paths among the
+        parameters, which do not include them.
     """
     fingerprint = getattr(problem, "fingerprint", None)
-    if callable(fingerprint):
-        parameters = dict(fingerprint())
-        if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
-            parameters["wrapped"] = own_parameters(problem.wrapped, others)
-        return parameters
-    model = layers(problem)[-1]
+    if not callable(fingerprint):
+        return _own_constants(layers(problem)[-1], others)
+    parameters = dict(fingerprint())
+    defaults = {}
+    if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
+        parameters["wrapped"], defaults_within = own_parameters(problem.wrapped, others)
+        for name, value in defaults_within.items():
+            defaults[f"wrapped.{name}"] = value
+    return parameters, defaults
+
+
+def _own_constants(model: Any, others: list[str]) -> tuple[Values, Values]:
+    """Return the constants of a model that is no wrapper; see :func:`own_parameters`."""
     parameters = {}
+    defaults = {}
     for name, default in _arguments(type(model)).items():
-        kept = getattr(model, name, getattr(model, f"_{name}", default))
+        kept = _kept(model, name, default)
+        if kept is inspect.Parameter.empty:
+            continue
         objects: list[Any] = []
-        try:
-            constant = _constant(kept, {id(model): (model, _UNKNOWN)}, objects)
-        except RecursionError:  # a long chain of objects, of which each holds the next one
-            constant = _UNKNOWN
-            objects.append(kept)
+        constant = _constant_of(model, kept, objects)
         if objects:
             others.append(name)
-        # An array, or another object, may have changed since: its values count.
-        is_plain = isinstance(default, (str, int, float, list, tuple, type(None)))
-        is_default = is_plain and constant == _constant(default, {}, [])
-        if constant is not _UNKNOWN and not is_default:
+        default_constant = constant
+        if kept is not default:
+            default_constant = _constant_of(model, default, [])
+        if constant is _UNKNOWN:
+            continue
+        if constant == default_constant:
+            defaults[name] = default_constant  # 1 is kept as 1.0 if that is the default
+        else:
             parameters[name] = constant
-    return parameters
+    return parameters, defaults
+
+
+def _kept(model: Any, name: str, default: Any) -> Any:
+    """Return what a model keeps of an argument, no method of the same name; or its default."""
+    for attribute in (name, f"_{name}"):
+        value = getattr(model, attribute, default)
+        if value is not default and getattr(value, "__self__", None) is not model:
+            return value
+    return default
 
 
 def _arguments(kind: type) -> Values:
-    """Return the default values of the arguments of a problem's classes, without pymoo's own."""
+    """Return the default values of the arguments of a problem's classes.
+
+    Of pymoo's own arguments there is only the one that changes values.
+    """
     defaults = {}
     for base in reversed(kind.__mro__):
         if issubclass(base, Problem):
             for name, argument in inspect.signature(base).parameters.items():
                 defaults[name] = argument.default
-    for name in inspect.signature(Problem).parameters:
+    for name in {*inspect.signature(Problem).parameters} - {"replace_nan_values_by"}:
         del defaults[name]
     return defaults
+
+
+def _constant_of(model: Any, value: Any, objects: list[Any]) -> Any:
+    """Return a constant of a model, which may hold the model itself; see :func:`_constant`."""
+    try:
+        return _constant(value, {id(model): (model, _UNKNOWN)}, objects)
+    except RecursionError:  # a long chain of objects, of which each holds the next one
+        objects.append(value)
+        return _UNKNOWN
 
 
 def _constant(value: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:
@@ -653,10 +695,12 @@ def _shortened(constant: Any) -> Any:
 def _plain(value: Any) -> Any:
     """Return a value as one of Python's own types, if it stands for one.
 
-    Code, paths and runners are ``_UNKNOWN``.
+    Paths and runners are ``_UNKNOWN``.
     """
-    if isinstance(value, (type, ModuleType, os.PathLike, Runner)) or inspect.isroutine(value):
+    if isinstance(value, (os.PathLike, Runner)):
         return _UNKNOWN
+    if isinstance(value, (type, ModuleType)) or inspect.isroutine(value):
+        return _code(value)
     if isinstance(value, str) and _PATH.fullmatch(value):
         return _UNKNOWN
     if hasattr(value, "to_numpy"):  # of pandas and polars
@@ -670,6 +714,27 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _code(value: Any) -> Any:
+    """Return the name of a function, class or module; that of a method is beside its object.
+
+    A lambda, what was defined within a function, and a function that holds values of another one
+    are returned as they are: others of the same name may do something else.
+    """
+    name = getattr(value, "__qualname__", "")
+    owner = getattr(value, "__self__", None)
+    if owner is not None and not isinstance(owner, ModuleType):
+        return [name, owner]
+    if "<" in name or getattr(value, "__closure__", None):
+        return value
+    if isinstance(value, ModuleType):
+        module = value.__name__
+    else:
+        module = getattr(value, "__module__", None) or "builtins"
+    if module == "__main__":  # a script has the same functions if another one imports it
+        module = Path(getattr(sys.modules[module], "__file__", module)).stem
+    return f"{module.rpartition('.')[2]}.{name}".rstrip(".")
+
+
 def _variables(problem: Any) -> Iterator[Variable]:
     """Yield the variables of a problem, as x1, x2, … those of a vector, checked."""
     variables = getattr(problem, "vars", None)
@@ -681,7 +746,8 @@ def _variables(problem: Any) -> Iterator[Variable]:
         for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
             variables[f"x{j}"] = _TYPES[problem.vtype](bounds=bounds)
     for name, variable in variables.items():
-        yield _variable(str(name), f"{name} of {problem_name(problem)}", variable)
+        checked = _variable(str(name), f"{name} of {problem_name(problem)}", variable)
+        yield replace(checked, key=name)
 
 
 def _variable(name: str, where: str, variable: Any) -> Variable:

@@ -5,7 +5,8 @@ pymoo.
 
 Values of a model count only if they are what the problem promises. A design fails if its
 evaluation raises, is lost by a runner, or gives values that are missing, of another shape, no
-numbers, NaN, or infinite although the design is feasible.
+numbers, NaN, or infinite although the design is feasible. If the problem has pymoo's option
+``replace_nan_values_by``, that number is its value instead of NaN, and no failure.
 """
 
 from __future__ import annotations
@@ -209,10 +210,13 @@ class CheckedFunction:
 
     def _checked(self, raw: Entries, *n_designs: int) -> Values:
         """Return the promised values of one design, or of some, as new arrays."""
-        return {
-            name: _floats(name, raw.get(name), (*n_designs, size))
-            for name, size in self.sizes.items()
-        }
+        values = {}
+        for name, size in self.sizes.items():
+            array = _floats(name, raw.get(name), (*n_designs, size))
+            if self.problem.replace_nan_values_by is not None:  # pymoo's option, as its evaluate
+                array[np.isnan(array)] = self.problem.replace_nan_values_by
+            values[name] = array
+        return values
 
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
@@ -338,7 +342,8 @@ class FailureTolerant(WrappedProblem):
     the wrong shape, or an infinite objective although it is feasible. pymoo's algorithms would
     stop, or return wrong results without a warning after NaN. Here such a design gets infinite
     objectives and violates an additional inequality constraint, the last column of ``G``, which is
-    0 for every other design. A failed design is never in the ``res.F`` of an algorithm.
+    0 for every other design. A failed design is never in the ``res.F`` of an algorithm. NaN is no
+    failure if the problem was made with a number for it, pymoo's ``replace_nan_values_by``.
 
     MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
     gives failed designs finite objectives instead, worse than all before and always the same for

@@ -24,6 +24,7 @@ from pymoo_psi._validation import (
     Received,
     Values,
     flat,
+    identity_facts,
     integer,
     invalid,
     wrong_type,
@@ -172,7 +173,7 @@ def require_same_model(path: str, stored: Head, head: Head, where: str = "asked"
     Raises:
         StudyMismatchError: The models differ; the message says in what.
     """
-    differences = _differences(_model(stored), _model(head), where)
+    differences = _differences(_model(stored, head), _model(head, stored), where)
     if differences:
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
@@ -214,15 +215,20 @@ def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str
     return differences
 
 
-def _model(head: Head) -> dict[str, str]:
+def _model(head: Head, other: Head) -> dict[str, str]:
     """Return what identifies the model, as JSON by path, in which NaN is NaN and 2 is not 2.0.
 
     The name of the problem comes first, as it says most.
+
+    Args:
+        head: The head of its study.
+        other: The head that it is compared with.
     """
     problem = head.get("problem") or {}
+    facts = identity_facts(problem, other.get("problem") or {})
     # The scale belongs to a run, not to the model.
     kinds = [kind.replace("log", "real") for kind in head["kinds"]]
-    model = {"problem": problem, "variables": head["variables"], "kinds": kinds}
+    model = {"variables": head["variables"], "kinds": kinds}
     if "objectives" in problem:  # how many; those of a program have names of their own
         # Requirements, which may change, follow the constraints of the model.
         n_constraints = head.get("model_inequalities")
@@ -232,7 +238,7 @@ def _model(head: Head) -> dict[str, str]:
             "inequalities": head["inequalities"][:n_constraints],
             "equalities": head["equalities"],
         }
-    return flat(model)
+    return {f"problem.{name}": fact for name, fact in facts.items()} | flat(model)
 
 
 # The identity of a run

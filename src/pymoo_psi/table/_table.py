@@ -36,7 +36,7 @@ from pymoo_psi._validation import (
     Values,
     counted,
     finite_number,
-    flat,
+    identity_facts,
     instance,
     invalid,
     known_name,
@@ -1038,8 +1038,8 @@ def table_difference(a: TestTable, b: TestTable) -> str:
     """
     facts = _facts(a)
     others = _facts(b)
-    problem = flat(a.problem or {})
-    other = flat(b.problem or {})
+    problem = identity_facts(a.problem or {}, b.problem or {})
+    other = identity_facts(b.problem or {}, a.problem or {})
     if "problem" in problem and "problem" in other:
         facts |= dict.fromkeys(other) | problem
         others |= dict.fromkeys(problem) | other
