@@ -111,7 +111,7 @@ def test_tests_outside_the_bounds_are_learned_where_they_are(study_file):
     problem = FunctionalProblem(1, [lambda x: x[0] ** 2, lambda x: -x[0]], xl=0, xu=1)
     x = np.linspace(0, 4, 21)
     frame = pd.DataFrame({"x1": x, "f1": x**2, "f2": -x})
-    table = import_tests(problem, frame, RunOptions(study=study_file))
+    table = import_tests(problem, frame, RunOptions(study=study_file, study_key="v1"))
     lines = sections(table, 1, columns=["f1"])
     np.testing.assert_allclose(lines["expected"], lines["value"] ** 2, atol=1e-3)
     refused("within the bounds, or at most their width outside, got test 21", sections, table, 21)

@@ -266,10 +266,18 @@ def test_a_limit_may_be_on_an_output_that_no_stored_test_has(study_file):
     assert (table["heat"][4:] > 0.45).mean() > 0.5
 
 
+def off_centre(x):
+    return ((x - 0.85) ** 2).sum()
+
+
+def unequal(x):
+    return (x[1] - x[0]) ** 2
+
+
 def test_tests_of_other_bounds_are_learned_where_they_are(study_file):
     """As if they were on the edge of the bounds, they would be taken for bad designs near it."""
 
-    wide = FunctionalProblem(3, [lambda x: ((x - 0.85) ** 2).sum()], xl=0, xu=10)
+    wide = FunctionalProblem(3, [off_centre], xl=0, xu=10)
     minimize(wide, PSI(40, study=study_file))
     part = Restricted(wide, dict.fromkeys(("x1", "x2", "x3"), (0.0, 1.0)))
     table = run(part, 40, study=study_file, batch=None).table
@@ -278,7 +286,7 @@ def test_tests_of_other_bounds_are_learned_where_they_are(study_file):
 
 
 def test_other_values_of_a_fixed_variable_are_not_learned(study_file):
-    whole = FunctionalProblem(2, [lambda x: (x[1] - x[0]) ** 2], xl=0, xu=1)
+    whole = FunctionalProblem(2, [unequal], xl=0, xu=1)
     minimize(whole, PSI(40, study=study_file))
     part = Restricted(whole, {"x1": 0.3})
     both = (run(part, 28, **options).table.X for options in ({"study": study_file}, {}))

@@ -302,6 +302,9 @@ def test_functions_without_a_name_of_their_own_are_named(study_file, law):
         with pytest.warns(UserWarning, match="problem's (title|objs) is made of; give a study_key"):
             investigate(problem, 4, study=study_file)
         study_file.unlink()
+        # a key says what a study does not see
+        investigate(problem, 4, study=study_file, study_key="v1")
+        study_file.unlink()
 
 
 def test_a_method_is_no_argument_of_its_name(study_file):

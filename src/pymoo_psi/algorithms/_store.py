@@ -430,7 +430,7 @@ def _table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]
     try:
         others: list[str] = []
         identity = problem_identity(model.problem, others)
-        if others and options.study is not None:
+        if others and options.study is not None and options.study_key is None:
             warnings.warn(
                 f"the study does not compare what the problem's {', '.join(others)} is made of; "
                 "give a study_key, or the problem a method fingerprint()",
