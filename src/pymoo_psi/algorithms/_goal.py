@@ -84,7 +84,6 @@ class Goal:
     @classmethod
     def of(cls, table: TestTable, model: Model) -> Goal:
         """Return the goal of a table under a formulation."""
-        schema = table.schema
         variables = model.schema.variables
         limits = {}
         texts = {}
@@ -93,11 +92,7 @@ class Goal:
                 limits[name] = limit
             elif name in variables:
                 texts[variables.index(name)] = limit.texts
-        # Requirements are not learned.
-        inequalities = table.evaluated.of_role("inequality")[: model.n_ieq_constr]
-        allowed = {name: Limit(upper=0.0) for name in inequalities if name in schema.constraints}
-        allowed |= dict.fromkeys(schema.of_role("equality"), Limit(0.0, 0.0))
-        allowed |= limits
+        allowed = _limits_of_constraints(table, model) | limits
         outputs = _outputs(table, allowed, model)
         names = [*outputs]
         expressions = {
@@ -105,22 +100,18 @@ class Goal:
             **_needed(table.formulation.computed, names),
         }
         low, high = _limits_of_cube(model, limits, names)
-        ranges = None
-        if table.formulation.ranges:
-            pairs = [table.formulation.ranges[name] for name in schema.objectives]
-            ranges = np.sort(np.array(pairs).T * schema.sign, axis=0)
         return cls(
-            model,
-            len(schema.objectives),
-            outputs,
-            _operands(table, outputs, expressions),
-            expressions,
-            [names.index(name) for name in allowed if name in names],
-            texts,
-            low,
-            high,
-            ranges,
-            bool(limits),
+            model=model,
+            n_obj=len(table.schema.objectives),
+            outputs=outputs,
+            operands=_operands(table, outputs, expressions),
+            expressions=expressions,
+            limits=[names.index(name) for name in allowed if name in names],
+            texts=texts,
+            low=low,
+            high=high,
+            ranges=_ranges(table),
+            is_narrowed=bool(limits),
         )
 
     @property
@@ -264,6 +255,26 @@ class Observations:
             n_uniform,
             pending,
         )
+
+
+def _limits_of_constraints(table: TestTable, model: Model) -> dict[str, Limit]:
+    """Return what constraints allow, by column; requirements are not learned."""
+    schema = table.schema
+    limits = {}
+    for name in table.evaluated.of_role("inequality")[: model.n_ieq_constr]:
+        if name in schema.constraints:
+            limits[name] = Limit(upper=0.0)
+    return limits | dict.fromkeys(schema.of_role("equality"), Limit(0.0, 0.0))
+
+
+def _ranges(table: TestTable) -> Array | None:
+    """Return the ``(2, m)`` ranges that a formulation gives the objectives, as minimised."""
+    schema = table.schema
+    ranges = table.formulation.ranges
+    if not ranges:
+        return None
+    pairs = [ranges[name] for name in schema.objectives]
+    return np.sort(np.array(pairs).T * schema.sign, axis=0)
 
 
 def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> dict[str, _Output]:

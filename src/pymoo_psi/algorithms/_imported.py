@@ -203,17 +203,7 @@ def _results_of(model: Model, table: TestTable) -> Columns:
     schema = model.schema
     n = len(table)
     results: Columns = {"test": np.arange(1, n + 1), "reason": np.full(n, "", object)}
-    choices = problem_identity(model.problem)["choices"]  # those beyond a box, too
-    for variable, name in zip(model.space.variables, schema.variables, strict=True):
-        kind = variable.kind
-        options = choices.get(variable.title)
-        cells = table.column(name)
-        if options is not None:
-            cells = choice_texts(cells)
-        values = []
-        for cell, place in zip(cells.tolist(), table.names, strict=True):
-            values.append(design_value(cell, f"{place}, {name}", kind, options))
-        results[name] = np.array(values, DTYPES[kind])
+    results |= _variables_of(model, table)
     others = [name for name in table.schema.outputs if name not in _BOOKKEEPING]
     outputs = getattr(model.inner, "outputs", others)
     for name in (*schema.objectives, *schema.constraints, *model.default_limits, *outputs):
@@ -222,6 +212,23 @@ def _results_of(model: Model, table: TestTable) -> Columns:
             if name in table.schema.values:
                 results[name] = table.column(name)
     return results
+
+
+def _variables_of(model: Model, table: TestTable) -> Columns:
+    """Return the variables of tests of a source, each cell a value that its variable can have."""
+    columns: Columns = {}
+    choices = problem_identity(model.problem)["choices"]  # those beyond a box, too
+    for variable, name in zip(model.space.variables, model.schema.variables, strict=True):
+        kind = variable.kind
+        options = choices.get(variable.title)
+        cells = table.column(name)
+        if options is not None:
+            cells = choice_texts(cells)
+        values = []
+        for cell, place in zip(cells.tolist(), table.names, strict=True):
+            values.append(design_value(cell, f"{place}, {name}", kind, options))
+        columns[name] = np.array(values, DTYPES[kind])
+    return columns
 
 
 def _beyond_bounds(model: Model, results: Columns) -> list[str]:
