@@ -194,20 +194,25 @@ def identity_facts(identity: Head, other: Head) -> dict[str, str]:
         identity: What :func:`problem_identity` returns, or nothing.
         other: The identity of the other problem.
     """
-    defaults = identity.get("defaults", {})
     arguments = _arguments(identity)
     other_arguments = _arguments(other)
     may_be_renamed = arguments - other_arguments and other_arguments - arguments
     facts = flat({name: value for name, value in identity.items() if name != "defaults"})
-    for name, value in defaults.items():
+    for name, value in _defaults(identity).items():
         if name in other_arguments or may_be_renamed:
             facts |= flat({f"parameters.{name}": value})
     return facts
 
 
+def _defaults(identity: Head) -> Head:
+    """Return the arguments that have default values; a file may have anything in their place."""
+    defaults = identity.get("defaults")
+    return defaults if isinstance(defaults, Mapping) else {}
+
+
 def _arguments(identity: Head) -> set[str]:
     """Return the paths of all arguments in the identity of a problem."""
-    paths = {*identity.get("defaults", {})}
+    paths = {*_defaults(identity)}
     parameters = identity.get("parameters")
     of = ""
     while isinstance(parameters, Mapping):

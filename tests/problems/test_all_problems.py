@@ -308,12 +308,13 @@ def test_functions_without_a_name_of_their_own_are_named(study_file, law):
 
 
 def test_a_method_is_no_argument_of_its_name(study_file):
-    """The argument ``name`` is kept elsewhere, where pymoo has a method."""
+    """The argument ``name`` is kept elsewhere, where pymoo has a method; ``_k`` is no argument."""
 
     class Named(ElementwiseProblem):
-        def __init__(self, name="beam"):
+        def __init__(self, name="beam", k=1):
             super().__init__(n_var=2, n_obj=1, xl=0, xu=1)
-            self._name = name
+            self._name, self.k = name, k
+            self._k = object()
 
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = x.sum()

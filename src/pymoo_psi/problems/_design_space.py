@@ -613,8 +613,8 @@ def _own_constants(model: Any, others: list[str]) -> tuple[Values, Values]:
 def _kept(model: Any, name: str, default: Any) -> Any:
     """Return what a model keeps of an argument, no method of the same name; or its default."""
     for attribute in (name, f"_{name}"):
-        value = getattr(model, attribute, default)
-        if value is not default and getattr(value, "__self__", None) is not model:
+        value = getattr(model, attribute, _UNKNOWN)
+        if value is not _UNKNOWN and getattr(value, "__self__", None) is not model:
             return value
     return default
 
