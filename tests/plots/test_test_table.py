@@ -80,6 +80,12 @@ def test_a_chosen_design_is_marked(chute):
     assert "marked: test 7" in texts(plot_objectives(beyond, objectives=["f1", "f4"], design=7))
 
 
+def test_repeated_tests_of_an_optimal_design_are_not_dominated():
+    F = [[1, 3], [2, 2], [1, 3], [3, 3], [2, 2]]
+    table = TestTable.of(range(1, 6), [[1], [2], [1], [3], [2]], F)
+    assert "5 designs: 4 not dominated, 1 dominated." in plot_objectives(table).caption
+
+
 def test_a_marked_design_hides_none_of_its_neighbours():
     frame = pd.DataFrame({"cost": [0.0, 5, 5.01, 10], "mass": [10, 5, 4.99, 0.0]})
     ax = plane(read_table(frame))

@@ -105,3 +105,6 @@ def test_refined_bounds_of_mixed_variables():
     lower, upper = MIXED.under(limits={"f1": 2.0}).refined_bounds(margin=0.3)
     np.testing.assert_allclose(lower, [0.2, 10, np.nan, np.nan, np.nan])
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
+    objective = MIXED.schema.variables[0]
+    asked = MIXED.under(objectives=[objective, "f1"], limits={"f1": 2.0})
+    np.testing.assert_allclose(asked.refined_bounds(margin=0.3), [lower, upper])

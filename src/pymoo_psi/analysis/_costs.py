@@ -171,9 +171,8 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     else:
         facts = [f"{size}{failed}"]
     if n_within > 1:
-        is_optimal = table.feasible_ranking().pareto  # of repeated tests the first ones
-        n_optimal = int(is_optimal.sum())
-        if is_optimal.all():
+        n_optimal = int(table.pareto()[table.ranked_as].sum())
+        if n_optimal == n_within:
             facts.append("none of them is dominated")
         else:
             facts.append(f"{number(n_optimal)} of them {_are(n_optimal)} not dominated")

@@ -333,7 +333,7 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
     feasible = table.feasible()
-    pareto = table.pareto()
+    pareto = table.pareto()[table.ranked_as]  # with the repeated tests of a design
     named = {row: [literal(table.names[row], _LETTERS)] for row in marked}
     word = "marked"
     if names and table.schema.objectives and feasible.any():

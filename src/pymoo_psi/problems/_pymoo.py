@@ -37,7 +37,7 @@ NO_OUTPUTS = {
     "failure",
 }
 # What pymoo's individuals have besides: such an output would take its place, or could not be set.
-_OF_INDIVIDUALS = {*dir(Individual())} - NO_OUTPUTS
+_OF_INDIVIDUALS = {*dir(Individual())} - (NO_OUTPUTS - {"cv", "feas"})
 
 
 def require_known_keywords(

@@ -121,7 +121,7 @@ class Formulation:
         column_names("computed", tuple(computed))
         for text in computed.values():
             Expression.of(text)
-        boolean("normalize", self.normalize)
+        checked["normalize"] = boolean("normalize", self.normalize)
         if self.ranges is not None:
             checked["ranges"] = _checked_ranges(self.ranges)
         checked |= {

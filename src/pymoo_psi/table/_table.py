@@ -747,9 +747,10 @@ class TestTable(View, Shown):
         feasible = self.feasible()
         if not feasible.any():
             raise self._none_feasible()
-        lower = self.schema.lower.copy()
-        upper = self.schema.upper.copy()
-        for j, column in enumerate(self.schema.with_role(VARIABLE)):
+        schema = self.evaluated  # a variable may be an objective of the formulation
+        lower = schema.lower.copy()
+        upper = schema.upper.copy()
+        for j, column in enumerate(schema.with_role(VARIABLE)):
             if column.kind in (Kind.BINARY, Kind.CHOICE):
                 continue
             cells = self.column(column.name)[feasible]
