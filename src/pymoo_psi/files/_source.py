@@ -451,9 +451,10 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if first is None or _NUMBERED.fullmatch(first):
         return best
     column = columns[first]
+    if column.numbers is not None or column.problem or (best and column.codes is not None):
+        return best
     texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
-    are_names = column.numbers is None and not column.problem and len(texts) == len(column.cells)
-    if not are_names or (best and column.codes is not None):
+    if len(texts) < len(column.cells):
         return best
     names = [*columns]
     if (
