@@ -136,22 +136,11 @@ def _searched(
     surrogates: _Surrogates, round_number: int, random: Random
 ) -> tuple[_Candidates, Array]:
     """Return the designs that a search finds, and the scaled Pareto set of the tests."""
-    tests = surrogates.tests
     goal = surrogates.goal
-    best = surrogates.best_points(_POPULATION_SIZE // 4)
-    start_of_search = _start_anywhere
-    if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
-        start_of_search = _start_near
-    start = start_of_search(best, surrogates.predict, goal, random)
-    points = _search(surrogates.predict, start, surrogates.contraction, random)
-    points = points[_meets_requirements(points, goal)]
-
+    points = _points_of_search(surrogates, round_number, random)
     T, deviations, violation = surrogates.predicted(points)
     promised = surrogates.optimistic(T, deviations)
-    pending_T, pending_deviations, pending_violation = surrogates.predicted(tests.pending)
-    pending_F = surrogates.optimistic(pending_T, pending_deviations)
-    F = np.vstack([tests.Y[tests.is_eligible, : goal.n_obj], pending_F[pending_violation <= 0]])
-    F = F[nondominated(F)]
+    F = _front(surrogates)
     ranges = _ranges(F, promised, violation, goal)
     front = _scaled(F, ranges)
     worth = np.zeros(len(points))
@@ -163,6 +152,27 @@ def _searched(
         worth = surrogates.worth(T, deviations, front, ranges)
     F = _scaled(promised, ranges)
     return _Candidates(points, goal.encode(points), F, violation, worth), front
+
+
+def _points_of_search(surrogates: _Surrogates, round_number: int, random: Random) -> Array:
+    """Return the best points that a search finds, anywhere or in some rounds near tests."""
+    goal = surrogates.goal
+    best = surrogates.best_points(_POPULATION_SIZE // 4)
+    start_of_search = _start_anywhere
+    if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
+        start_of_search = _start_near
+    start = start_of_search(best, surrogates.predict, goal, random)
+    points = _search(surrogates.predict, start, surrogates.contraction, random)
+    return points[_meets_requirements(points, goal)]
+
+
+def _front(surrogates: _Surrogates) -> Array:
+    """Return the objectives of the Pareto set of the tests; pending ones count as predicted."""
+    tests = surrogates.tests
+    T, deviations, violation = surrogates.predicted(tests.pending)
+    pending_F = surrogates.optimistic(T, deviations)[violation <= 0]
+    F = np.vstack([tests.Y[tests.is_eligible, : surrogates.goal.n_obj], pending_F])
+    return F[nondominated(F)]
 
 
 def _compromises(
