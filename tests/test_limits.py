@@ -34,6 +34,7 @@ from tests.helpers.asked import kept_by_hand
 from tests.helpers.documents import payload_of
 from tests.helpers.drawn import texts
 from tests.helpers.draws import examples
+from tests.helpers.fronts import on_sphere
 from tests.helpers.models import Model
 from tests.page.test_page_logic import in_node
 from tests.report.test_report import Reader
@@ -63,8 +64,7 @@ class Example:
         ]
         F = rng.random((n, m)).round(int(rng.choice([1, 3]))) * 10.0 ** rng.integers(-3, 4, m)
         if rng.random() < 0.5 and m > 1:  # a front, its first row far from the others
-            F = np.abs(rng.normal(size=(n, m)))
-            F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 2
+            F = (1.3 - on_sphere(rng, n, m)) ** 2
             F[0] *= 50
         if rng.random() < 0.2:
             F[:, 0] = 3.0

@@ -9,7 +9,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, FailureTolerant, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 from tests.helpers.models import Model
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import refused, warned
 
 TOLD = {
     "names": {"x1": "width", "f2": "gain", "g1": "stress"},
@@ -122,8 +122,7 @@ def test_outputs_are_those_of_the_model(study_file):
 def test_individuals_are_those_of_a_tolerant_problem(failed_as):
     """So that an optimiser may start from them, whoever has evaluated them."""
     tolerant = partial(FailureTolerant, ONE, failed_as=failed_as)
-    told, run = PSI(16), minimize(tolerant(), PSI(16)).algorithm
-    told.setup(tolerant())
+    told, run = PSI(16).setup(tolerant()), minimize(tolerant(), PSI(16)).algorithm
     infills = told.ask()
     infills.set("mark", 1.0)  # of the user, no output
     told.tell(infills=told.evaluator.eval(told.problem, infills))
@@ -140,8 +139,7 @@ def test_an_output_of_some_designs_may_have_a_unit():
     np.testing.assert_array_equal(np.isnan(whole.column("load")), whole["x1"] <= 0.5)
     assert whole.schema.units == {"load": "N"}
     assert minimize(some, PSI(16, block_size=1)).algorithm.table.equals(whole)
-    with pytest.warns(UserWarning, match="no test of the table has the output 'load'"):
-        investigate(some, 2)
+    warned("no test of the table has the output 'load'", investigate, some, 2)
 
 
 def test_vectorised_and_elementwise_models_give_the_same_outputs():
@@ -171,8 +169,7 @@ def test_vectorised_and_elementwise_models_give_the_same_outputs():
 def test_what_is_not_kept_is_told(name, value, message):
     """Also where a design fails, which has none of it; dF is pymoo's."""
     more = {"dF": np.zeros((2, 2)), name: value}
-    with pytest.warns(UserWarning, match=message):
-        table = investigate(problem(lambda x: one(x) | more), 4)
+    table = warned(message, investigate, problem(lambda x: one(x) | more), 4)
     assert table.schema.outputs == ("heat",)
 
 

@@ -68,10 +68,6 @@ def test_failed_tests_of_designs_that_recur_are_made_again(study_file):
     assert algorithm.table.equals(minimize(die(), PSI(20)).algorithm.table)
 
 
-def test_each_test_of_a_noisy_model_counts_in_a_budget():
-    assert minimize(die(), PSI(1000), ("n_eval", 10)).algorithm.evaluator.n_eval == 10
-
-
 @pytest.mark.parametrize("options", [{}, {"requirements": ["x1 + x2 >= 0.5"]}])
 def test_asking_and_telling_gives_the_model_the_same_seeds(options):
     within = {"x1": (0.2, 1.0)}

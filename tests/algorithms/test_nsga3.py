@@ -32,7 +32,7 @@ from pymoo_psi import (
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
 from tests.helpers.models import Model
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import refused, warned
 
 CONSTRAINED = """
 import sys
@@ -191,8 +191,7 @@ def test_integers_are_no_permutations_whatever_their_bounds(n, high, budget):
     """And a budget is used exactly, also one below the size of a population."""
     problem = Model(lambda x: {"F": [x.sum(), x.prod()]}, n_var=n, xu=high, vtype=int)
     if high == n - 1:
-        with pytest.warns(UserWarning, match="an attribute permutation"):
-            investigate(problem, 8)
+        warned("an attribute permutation", investigate, problem, 8)
         problem.permutation = False
     assert len(investigate(problem, 8)) == 8
     assert nsga3(problem, budget, seed=1).algorithm.evaluator.n_eval == budget

@@ -29,6 +29,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import read_table
+from tests.algorithms.test_noisy import die
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model, asked_and_told
 from tests.helpers.refusals import flaw, refused
@@ -81,8 +82,7 @@ def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper):
 
 
 def test_telling_something_else_is_refused():
-    algorithm = PSI(100, block_size=40)
-    algorithm.setup(CHUTE)
+    algorithm = PSI(100, block_size=40).setup(CHUTE)
     first = algorithm.ask()
     refused(r"with F of shape \(4,\) for each, got shape \(0,\)", algorithm.tell, infills=first)
     first.set("F", np.ones((40, 4)))
@@ -98,8 +98,8 @@ class Counting(Evaluator):
 @pytest.mark.parametrize("evaluator", [Counting(), Evaluator(callback=print)])
 def test_an_evaluator_that_would_do_nothing_is_refused(evaluator):
     """It may ask and tell."""
-    run = partial(minimize, CHUTE, PSI(4), evaluator=evaluator)
-    refused("evaluator must be pymoo's own without a callback", run)
+    message = "evaluator must be pymoo's own without a callback"
+    refused(message, minimize, CHUTE, PSI(4), evaluator=evaluator)
 
 
 def heated(x):
@@ -223,8 +223,7 @@ def test_a_termination_is_asked_after_64_points():
 @pytest.mark.parametrize(("n", "share"), [(2050, None), (8200, (1, 4))])
 def test_there_are_32_iterations_at_most(n, share):
     """The last one is smaller; from 2048 points on, 64 designs are too few."""
-    algorithm = PSI(n, share=share)
-    algorithm.setup(CHUTE)
+    algorithm = PSI(n, share=share).setup(CHUTE)
     algorithm.next()
     assert (algorithm.n_tested, algorithm.n_left) == (65, 2050 - 65)
 
@@ -325,7 +324,8 @@ def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
 
 
 @pytest.mark.parametrize(
-    ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (teeth(), 6)]
+    ("problem", "least"), [(Required(CHUTE, {"r": "x1 <= 1"}), 60), (teeth(), 6), (die(), 10)]
 )
 def test_points_without_an_evaluation_do_not_use_up_a_budget(problem, least):
+    """But each test of a noisy model counts, also of designs that recur."""
     assert minimize(problem, PSI(1000), ("n_eval", least)).algorithm.evaluator.n_eval == least

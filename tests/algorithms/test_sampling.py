@@ -62,6 +62,7 @@ def test_a_continued_sequence_is_the_whole_one(engine, scramble):
         (lambda: investigate(TWO, 8, sampling="lhs", seed=1, more=True, study="s.db"), "more must be used with a sequence that can be continued"),
         (lambda: QMCSampling("soboll"), "got 'soboll'; did you mean 'sobol'"),
         (lambda: LPTauSampling().do(MANY, 10), "at most 51 for LPτ, got 60; use QMCSampling"),
+        (lambda: investigate(PROBLEM, 8, sampling=Kronecker(shift=0.5)), "unit_points of sampling must be 8 points"),
         (lambda: QMCSampling("poisson_disk").do(TWO, 100_000), "n_samples must be at most .* use another engine"),
     ],
 )  # fmt: skip
@@ -116,13 +117,3 @@ def test_a_sequence_of_users_is_known_by_its_attributes(tmp_path, share):
     assert again.table.equals(whole)
     if share is None:
         assert set(investigate(PROBLEM, 40, sampling=Kronecker(3.0), study=path)["run"]) == {2}
-
-
-def test_points_outside_the_cube_are_refused():
-    refused(
-        "unit_points of sampling must be 8 points",
-        investigate,
-        PROBLEM,
-        8,
-        sampling=Kronecker(shift=0.5),
-    )

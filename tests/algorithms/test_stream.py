@@ -16,6 +16,7 @@ from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model, Sum
 from tests.helpers.processes import posix, until
+from tests.helpers.refusals import interrupted
 
 
 @pytest.mark.parametrize(
@@ -63,8 +64,7 @@ def test_a_termination_bounds_what_is_evaluated_ahead(study_file):
 
 def test_a_copy_of_a_run_ahead_continues_alone():
     """Copies take what has arrived; what is being evaluated stays with the run."""
-    algorithm = PSI(40, block_size=10)
-    algorithm.setup(Sum(elementwise_runner=ProcessRunner(1)))
+    algorithm = PSI(40, block_size=10).setup(Sum(elementwise_runner=ProcessRunner(1)))
     algorithm.next()
     for run in (copy.deepcopy(algorithm), algorithm):
         run.run()
@@ -118,6 +118,7 @@ class Slow(ElementwiseProblem):
 
 from pymoo_psi import Recorded, investigate
 from pymoo_psi.algorithms import _run
+from tests.helpers.refusals import interrupted
 _run.SECONDS = 1e9  # no commit but the last
 
 def wait(executor, wait=_run.Executor.wait):
@@ -181,8 +182,7 @@ def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
     [(None, "no test is kept"), ("s.db", r"kept in study .*s\.db; the same call goes on")],
 )
 def test_an_interrupt_says_how_to_continue(in_folder, study, expected, run):
-    with pytest.raises(KeyboardInterrupt, match=expected):
-        run(Model(lambda x: {"F": [x[0], x[1]]}, n_var=2, stop=6), study)
+    interrupted(run, Model(lambda x: {"F": x}, n_var=2, stop=6), study, message=expected)
 
 
 # Of 12 designs, three give a further output.

@@ -16,6 +16,7 @@ from pymoo_psi.analysis import (
     switching_values,
 )
 from tests.helpers.draws import rarely
+from tests.helpers.fronts import on_sphere
 
 WIDE = {"price": (-1, 3), "days": (-1, 3), "gain": (-1, 3)}
 NARROW = {"price": (0.5, 3), "days": (0.4, 0.4), "gain": (-1, 1)}  # many designs are better
@@ -24,8 +25,7 @@ NARROW = {"price": (0.5, 3), "days": (0.4, 0.4), "gain": (-1, 1)}  # many design
 def offers(seed, n=40):
     """Return random offers, often equal in part, and what is asked of them."""
     rng = np.random.default_rng(seed)
-    F = np.abs(rng.normal(size=(n, 3)))
-    F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5 + 0.2 * rng.random((n, 1))
+    F = (1.3 - on_sphere(rng, n, 3)) ** 1.5 + 0.2 * rng.random((n, 1))
     frame = pd.DataFrame(np.round(F, 2 - seed % 2), columns=["price", "days", "gain"])
     frame.insert(0, "name", [f"offer {k}" for k in range(n)])
     frame["mass"] = np.where(rng.random(n) < 0.1, np.nan, np.round(rng.random(n), 2))

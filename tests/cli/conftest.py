@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from pymoo_psi.cli import main
+from pymoo_psi.cli import _experiments, main
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
 
@@ -129,6 +129,12 @@ def run(capsys, tmp_path, monkeypatch, in_folder):
 
     yield command
     sys.modules.pop("models", None)
+
+
+@pytest.fixture
+def unplotted(monkeypatch):
+    """No figures: drawing is tested with the plots, and takes most of the time."""
+    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
 
 
 @pytest.fixture

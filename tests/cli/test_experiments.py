@@ -5,13 +5,8 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import compare
-from pymoo_psi.cli import _experiments
 
-
-@pytest.fixture(autouse=True)
-def drawn(monkeypatch):
-    """No figures: drawing is tested with the plots, and takes most of the time."""
-    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
+pytestmark = pytest.mark.usefixtures("unplotted")
 
 
 def test_a_comparison_is_the_librarys_and_goes_on(said, tmp_path):

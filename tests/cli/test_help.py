@@ -33,9 +33,8 @@ EXPERIMENTS = ["analyze", "compare", "reproduce"]
         *rarely("report", *EXPERIMENTS),
     ],
 )
-def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_folder):
-    # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
-    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
+def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, unplotted, in_folder):
+    # The paper's points take most of the time.
     reproduce = _experiments.reproduce
     monkeypatch.setattr(_experiments, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
     text = said(*command.split(), "--help")
@@ -199,7 +198,6 @@ def test_help_names_the_defaults_of_python_in_brackets(said):
 
 
 @pytest.mark.parametrize("option", ["--points", "--evaluations"])
-def test_points_and_evaluations_are_one_option(said, in_folder, option, monkeypatch):
-    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
+def test_points_and_evaluations_are_one_option(said, in_folder, option, unplotted):
     said("compare", "bnh", option, 16, "--seeds", 1, "--algorithms", "psi,nsga3", "--out", "out")
     said("solve", "bnh", option, 16)

@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.problems import get_problem
 
@@ -19,6 +18,7 @@ from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
 from tests.helpers.exact_csv import EXACT
+from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 
 ALLOY = """
@@ -188,24 +188,23 @@ def test_requirements_hold_for_what_was_tested(study_file, name, second, names):
     assert read_table(study_file).status.tolist() == ["ok", "infeasible"]
 
 
-class Small(ElementwiseProblem):
-    def __init__(self):
-        super().__init__(
-            vars={"n": Integer(bounds=(1, 3)), "on": Binary(), "c": Choice(options=["a", "b"])},
-            n_obj=1,
-        )
+SMALL = Model(
+    dict,
+    vars={"n": Integer(bounds=(1, 3)), "on": Binary(), "c": Choice(options=["a", "b"])},
+    n_obj=1,
+)
 
 
 def test_discrete_designs_are_asked_for_once_by_either_algorithm(tmp_path):
     options = RunOptions(study=tmp_path / "small.db")
-    frames = [ask_tests(Small(), 5, options), ask_tests(Small(), 6, options, with_surrogates=True)]
+    frames = [ask_tests(SMALL, 5, options), ask_tests(SMALL, 6, options, with_surrogates=True)]
     designs = pd.concat(frames)
     assert len(designs[["n", "on", "c"]].drop_duplicates()) == 11
     designs["f1"] = designs["n"].astype(float)
     designs["on"] = designs["on"].map(lambda on: str(bool(on)).upper())  # as spreadsheets do
     tell_tests(designs, options.study)
     assert read_table(options.study).X[:, 1].tolist() == [on == "TRUE" for on in designs["on"]]
-    refused("at most 1", ask_tests, Small(), 2, options)
+    refused("at most 1", ask_tests, SMALL, 2, options)
 
 
 def results_of(problem, frame):

@@ -113,12 +113,11 @@ def test_an_output_of_no_folder_is_tested_on_request(log, said):
     mass = read_table("beam.db")["mass"]
     edit("mass = ", "weight = ")  # an output that is lost
     edit('"mass", "stress"', '"tip", "stress"')
-    said(*SOLVE, "--points", "4", "--retry", "incomplete")
-    assert len(log.read_text().splitlines()) == 8
+    for _ in range(2):  # the second time nothing
+        said(*SOLVE, "--points", "4", "--retry", "incomplete")
+        assert len(log.read_text().splitlines()) == 8
     np.testing.assert_array_equal(read_table("beam.db")["mass"], mass)
     assert (read_table("beam.db")["stress"] > 0).all()
-    said(*SOLVE, "--points", "4", "--retry", "incomplete")
-    assert len(log.read_text().splitlines()) == 8
 
 
 def test_results_that_one_has_begin_a_study(log, said):

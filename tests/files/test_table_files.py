@@ -305,9 +305,8 @@ def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
 
 
 def test_metadata_of_others_are_kept(tmp_path):
-    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
     path, metadata = tmp_path / "t.csv", tmp_path / "t.csv-metadata.json"
-    table.to_csv(path)
+    EXAMPLE.to_csv(path)
     before = [path.read_bytes(), metadata.read_bytes()]
     # Neither is replaced if one cannot be written.
     with pytest.raises(TypeError):
@@ -318,7 +317,7 @@ def test_metadata_of_others_are_kept(tmp_path):
     assert os.listdir(tmp_path) == ["t.csv"]
     others = '{"@context": "http://www.w3.org/ns/csvw", "url": "t.csv"}'
     metadata.write_text(others)
-    refused("without t.csv-metadata.json of another program", table.to_csv, path)
+    refused("without t.csv-metadata.json of another program", EXAMPLE.to_csv, path)
     CSV.save(path, {"cost": np.arange(3), "mass": np.arange(3)[::-1]})
     assert metadata.read_text() == others
     assert read_table(path).schema.objectives == ("cost", "mass")
@@ -326,13 +325,12 @@ def test_metadata_of_others_are_kept(tmp_path):
 
 @posix
 def test_links_have_metadata_and_pipes_have_none(tmp_path):
-    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
     (tmp_path / "there").mkdir()
     (tmp_path / "t.csv").symlink_to(tmp_path / "there" / "t.csv")
-    table.to_csv(tmp_path / "t.csv")
+    EXAMPLE.to_csv(tmp_path / "t.csv")
     assert sorted(os.listdir(tmp_path / "there")) == ["t.csv", "t.csv-metadata.json"]
-    assert read_table(tmp_path / "t.csv").equals(table)
-    table.to_csv("/dev/null")
+    assert read_table(tmp_path / "t.csv").equals(EXAMPLE)
+    EXAMPLE.to_csv("/dev/null")
     assert not os.path.exists("/dev/null-metadata.json")
 
 

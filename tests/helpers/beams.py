@@ -7,6 +7,7 @@ import pandas as pd
 
 from pymoo_psi import Formulation, read_table
 from pymoo_psi.page import decision_page
+from tests.helpers.fronts import on_sphere
 
 OBJECTIVES = ["mass", "cost, total", "strength"]
 
@@ -14,8 +15,7 @@ OBJECTIVES = ["mass", "cost, total", "strength"]
 def beams(n=400, noise=0.1):
     """Designs on a bent front, some of them dominated; named B1001, B1002, …"""
     rng = np.random.default_rng(7)
-    F = np.abs(rng.normal(size=(n, 3)))
-    F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5 * [1, 2, 1]
+    F = (1.2 - on_sphere(rng, n, 3)) ** 1.5 * [1, 2, 1]
     F += noise * rng.random((n, 1)) ** 2
     F[:, 2] += 0.3 * F[:, 0]
     frame = pd.DataFrame(F * [1, 100, -1], columns=OBJECTIVES)

@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
+from pymoo_psi.plots import plot_objectives
+
 
 def saved_empty(figure, file, *args, **options):
     """Write a file or a stream, as ``Figure.savefig``, but nothing into it."""
@@ -26,6 +28,12 @@ def texts(figure):
 
 def shown(figure):
     return [ax for ax in figure.axes if ax.axison]
+
+
+def plane(table, **options):
+    """The only axes of a figure of two objectives."""
+    (ax,) = shown(plot_objectives(table, **options))
+    return ax
 
 
 def assert_readable(figure):

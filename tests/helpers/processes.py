@@ -12,11 +12,11 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process 
 LONG = 300.0
 
 
-def until(condition):
-    """Wait until a condition holds; return whether it does."""
+def until(condition, every=0.005):
+    """Wait until a condition holds, looking every so many seconds; return whether it does."""
     end = time.monotonic() + LONG
     while not (holds := condition()) and time.monotonic() < end:
-        time.sleep(0.005)
+        time.sleep(every)
     return holds
 
 

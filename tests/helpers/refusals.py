@@ -1,4 +1,4 @@
-"""What is asked of every refusal: an error of the package, which says what is wrong."""
+"""What is asked of every refusal, warning and interrupt: that it says what is wrong."""
 
 import pytest
 
@@ -21,7 +21,13 @@ def flaw(call, *args, **options):
     return ""
 
 
-def interrupted(call, *args, **options):
-    """Require that a call ends as if somebody pressed Ctrl-C."""
-    with pytest.raises(KeyboardInterrupt):
+def warned(message, call, *args, **options):
+    """Require that a call warns with such a message; return what it returns."""
+    with pytest.warns(UserWarning, match=message):
+        return call(*args, **options)
+
+
+def interrupted(call, *args, message=None, **options):
+    """Require that a call ends as if somebody pressed Ctrl-C, with such a message."""
+    with pytest.raises(KeyboardInterrupt, match=message):
         call(*args, **options)

@@ -7,7 +7,6 @@ import json
 import re
 import shlex
 import shutil
-import time
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,8 @@ from pymoo_psi.table import Formulation
 from tests.helpers.beams import OBJECTIVES, beams, page_of_beams
 from tests.helpers.draws import rarely
 from tests.helpers.formulas import CELLS, INERT
-from tests.helpers.processes import LONG
+from tests.helpers.fronts import on_sphere
+from tests.helpers.processes import LONG, until
 
 
 @pytest.fixture(scope="module")
@@ -74,21 +74,16 @@ class Reader:
     def ask(self, expression):
         """The value of an expression, in which D is the page's hook and what its scripts know."""
         known = "...decisionPage, update, explain, axes, scatter, verdict, order, inspected"
-        resting = "resting: decisionPage.settled && !search"
-        return self.page.evaluate(
-            f"(() => {{const D = {{{known}, {resting}}}; return {expression}}})()"
-        )
+        return self.page.evaluate(f"(() => {{const D = {{{known}}}; return {expression}}})()")
 
     def set(self, **changes):
         """Change the state as a control would."""
         self.page.evaluate("(c) => decisionPage.set({...decisionPage.state(), ...c})", changes)
+        self.settle()
 
     def until(self, expression):
         """Wait until an expression is true; the page's policy forbids playwright's own way."""
-        end = time.monotonic() + LONG
-        while not self.ask(expression):
-            assert time.monotonic() < end, expression
-            self.page.wait_for_timeout(25)
+        assert until(lambda: self.ask(expression), every=0.025), expression
 
     def click(self, target):
         """Click on a selector or a locator, once nothing comes between press and release.
@@ -105,8 +100,10 @@ class Reader:
         self.settle()
 
     def settle(self):
+        """Wait until the page rests: all is drawn, and nothing is searched for behind it."""
         self.page.evaluate(
-            "() => new Promise((done) => { const look = () => decisionPage.settled ? done()"
+            "() => new Promise((done) => {"
+            " const look = () => decisionPage.settled && !search ? done()"
             " : requestAnimationFrame(look); requestAnimationFrame(look) })"
         )
 
@@ -130,9 +127,18 @@ class Reader:
         self.field(name).press("Enter")
         self.settle()
 
+    def search(self, text):
+        self.page.fill("#search", text)
+        self.settle()
+
+    def look_at(self, label, option):
+        """Choose an option of a list."""
+        self.page.get_by_label(label).select_option(option)
+        self.settle()
+
     def drag(self, selector, start, end):
         """Drag from one spot of an element to another; shares of its width and height."""
-        self.until("D.resting")  # nothing above grows any more
+        self.settle()  # nothing above grows any more
         self.page.locator(selector).scroll_into_view_if_needed()
         box = self.page.locator(selector).bounding_box()
         spots = [
@@ -227,7 +233,7 @@ def laid_open(reader):
     reader.page.evaluate(
         "document.querySelectorAll('details').forEach((one) => { one.open = true })"
     )
-    reader.until("D.resting")
+    reader.settle()
     return reader
 
 
@@ -256,8 +262,6 @@ def test_it_opens_with_the_best_compromise_in_words(reader, frame):
     behind = reader.page.locator("#objectives .share").all_inner_texts()
     shares = [float(text.removesuffix(" %")) / 100 for text in behind]
     assert shares == pytest.approx(explain(ranking).shares, abs=0.005)
-    assert reader.shown[:2] == ["prototype", best]
-    assert set(reader.shown) == labels(frame, ranking.pareto) | {"prototype"}
 
 
 def test_a_caution_stands_where_its_proposal_does(show):
@@ -291,7 +295,7 @@ def test_rows_and_table_have_the_numbers_of_python(reader, frame, tmp_path, limi
     table = read_table(frame, Decision.read_json(reader.save(tmp_path / "d.json")))
     ranking = table.feasible_ranking()
     order = ranking.by_place[: ranking.pareto.sum()]
-    assert reader.shown[1:] == [ranking.name_of(row) for row in order]
+    assert reader.shown == ["prototype", *map(ranking.name_of, order)]
     best = table.best().F[0] * table.schema.sign
     cells = reader.page.locator("#objectives .row").locator(".value, .best").all_inner_texts()
     told = np.reshape([float(cell.replace("\N{MINUS SIGN}", "-")) for cell in cells], (3, 3))
@@ -346,7 +350,6 @@ def test_designs_are_pinned_and_compared(reader):
 def test_the_nearest_better_designs_are_named(reader):
     label = reader.shown[9]
     reader.set(chosen=label)
-    reader.settle()
     names = reader.ask(
         f"D.explain(D.ranking, D.data.rowOf.get('{label}')).steps.map((s) => D.data.names[s.row])"
     )
@@ -453,7 +456,6 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert decision.decided["dissent"] == ["Ann"]
     table = read_table(beams(), decision)
     assert positions_frame(table).set_index("name").loc["Ben", "choice"] == of_ben
-    reader.until("D.resting")
     said = ["#regret", *(f"#separation li >> nth={k}" for k in range(3))]
     reader.click("#apart summary")
     assert [reader.text(place) for place in said] == separation_sentences(table)
@@ -529,7 +531,6 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     mass = beams().set_index("number").loc[best, "mass"]
     reader.type_limit("mass [kg], at most", repr(float(mass) - 1e-3))
     assert f"{best} is proposed" in reader.text("#verdict-words")
-    reader.until("D.resting")
     row = reader.page.locator("#relax-list li, #steps-list > div", has_text="mass must be").first
     switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
     if row.locator("h3").count():
@@ -537,7 +538,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     row.get_by_role("button", name="mass must be below").focus()
     reader.press("Enter")
     assert reader.ask("D.data.names[D.verdict.row]") == switched
-    reader.until("D.resting")  # who works by keys stays where the limit was
+    # Who works by keys stays where the limit was.
     assert reader.ask("document.activeElement.closest('#relax, #steps') !== null")
     reader.type_limit("mass [kg], at most", "")
     # A limit that all others break: the design keeps its limits, and loses its place.
@@ -638,7 +639,6 @@ def test_zooming_keeps_what_is_at_the_spot(reader):
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
     name = reader.ask(f"D.data.names[{best}]")
-    reader.until("D.resting")
     reader.page.locator("#scatter-plot .plot").scroll_into_view_if_needed()
     box = reader.page.locator("#scatter-plot .plot").bounding_box()
     x, y = reader.ask(f"D.scatter.spot({best})")
@@ -713,19 +713,15 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
 def test_a_search_finds_designs_that_are_not_shown(reader, frame):
     row = reader.ask("D.data.whole.pareto.indexOf(0)")
     name = reader.ask(f"D.data.names[{row}]")
-    reader.page.fill("#search", name)
-    reader.until("D.resting")
+    reader.search(name)
     assert reader.shown[0] == name
     assert "dominated" in reader.text("#table-body tr")
     reader.set(limits={"mass": [None, frame["mass"].iloc[row] - 1e-3]})
     reader.click("#table-body tr")
-    reader.until("D.resting")
     assert f"{name} is beyond the limits on mass." in reader.text("#verdict-words")
     for text, fits in (("Steel", frame["material"] == "steel"), ("nobody", frame["mass"] < 0)):
-        reader.page.fill("#search", text)
-        reader.until("D.resting")
+        reader.search(text)
         assert set(reader.shown) - {"prototype"} == labels(frame, np.flatnonzero(fits))
-    reader.page.fill("#search", "")
 
 
 # Everyone
@@ -794,7 +790,6 @@ def test_paper_has_one_page_with_the_decision(reader):
         positions=[{"name": f"P{k}", "chosen": reader.shown[k]} for k in range(6)],
         fixed=True,
     )
-    reader.until("D.resting")
     sheet = reader.page.pdf(format="A4")
     assert sheet.count(b"/Type /Page\n") == 1 or sheet.count(b"/Type/Page\n") == 1
     reader.page.emulate_media(media="print")
@@ -929,8 +924,7 @@ def test_columns_named_as_those_of_an_export_come_back(show, tmp_path):
 def fronts(n, m=4):
     """Return n designs on a front, one of them far beyond the others in the last objective."""
     rng = np.random.default_rng(n)
-    F = np.abs(rng.normal(size=(n, m)))
-    F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
+    F = (1.2 - on_sphere(rng, n, m)) ** 1.5
     F[0] = [*F.min(axis=0)[:-1] - 0.01, 1e6]
     frame = pd.DataFrame(F, columns=[f"f{j + 1}" for j in range(m)])
     frame["heat"] = np.where(rng.random(n) < 0.1, np.nan, rng.random(n))
@@ -955,20 +949,17 @@ def test_every_design_is_drawn(show, n):
     """What lies beyond an axis, or has no value in it, is counted on the chart."""
     frame = fronts(n)
     reader = show(decision_page(frame, [f"f{j + 1}" for j in range(4)]))
-    across = reader.page.get_by_label("Plot, across")
     for name, upper in (("f1", np.inf), ("f1", 0.9), ("f2", 0.4)):
         reader.set(limits={name: [None, upper]} if upper < np.inf else {})
         shown = frame[frame[name] <= upper]
-        across.select_option("f4")
-        reader.settle()
+        reader.look_at("Plot, across", "f4")
         assert reader.ask("shownRows.length") == len(shown)
         is_beyond = 0 in shown.index and reader.ask("D.ranking.best[0]") != 0
         assert ("1 at the edge" in reader.text("#key")) == is_beyond
-        across.select_option("heat")
-        reader.settle()
+        reader.look_at("Plot, across", "heat")
         if len(shown) == len(frame):
             assert f"{shown['heat'].isna().sum()} design" in reader.text("#key")
-    reader.page.get_by_label("Plot, up").select_option("heat")  # no column against itself
+    reader.look_at("Plot, up", "heat")  # no column against itself
     assert reader.state["plot"] == ["f2", "heat"]
     # A design that is looked at, and those chosen and pinned, are inside.
     reader.set(limits={}, pins=["design number 0"])

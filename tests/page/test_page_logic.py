@@ -23,6 +23,7 @@ from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Decision, Formulation
 from tests.helpers.asked import kept_by_hand
 from tests.helpers.documents import payload_of, script_of
+from tests.helpers.fronts import on_sphere
 
 HOSTILE = [
     "{",
@@ -102,8 +103,7 @@ class Case:
         return rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
 
     def values(self, rng, n, kind):
-        unit = np.abs(rng.normal(size=(n, self.m)))
-        unit /= np.linalg.norm(unit, axis=1)[:, None]
+        unit = on_sphere(rng, n, self.m)
         # Noise of rounding, signs, sizes that differ.
         digits = rng.integers(1, 5, (n, self.m)) * (1 + rng.integers(-3, 4, (n, self.m)) * 1.2e-16)
         # A convex front, one criterion constant, dominated rows.
@@ -340,8 +340,7 @@ class Drag:
     def __init__(self, m):
         rng = np.random.default_rng(m)
         n = 4200 if m == 8 else 500  # from 4096 on sorted by their bits
-        F = np.abs(rng.normal(size=(n, m)))
-        F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
+        F = (1.2 - on_sphere(rng, n, m)) ** 1.5
         frame = pd.DataFrame(rng.random((n, 2)), columns=["x", "y"])
         # The front lies where x is least, as in ZDT's problems, and crosses the whole range of y.
         F += 0.3 * frame[["x"]].to_numpy()

@@ -10,7 +10,7 @@ from pymoo_psi._numbers import percents
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
-from tests.page.test_page_browser import browser, visit, window  # noqa: F401
+from tests.page.test_page_browser import browser, show, visit, window  # noqa: F401
 
 CARS = pd.DataFrame(
     {
@@ -24,9 +24,8 @@ CARS = pd.DataFrame(
 ASKED = Formulation(["price", "range", "noise"], maximize=["range"])
 
 
-def page_of(frame, path):
-    decision_page(read_table(frame, ASKED), title="Cars").save(path)
-    return path
+def page_of(frame):
+    return decision_page(read_table(frame, ASKED), title="Cars")
 
 
 def asked(reader):
@@ -34,9 +33,9 @@ def asked(reader):
     return tuple(name.text_content()[1:].strip() for name in reader.page.locator("#pair h3").all())
 
 
-def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: F811
+def test_keys_answer_and_the_command_goes_on(show, tmp_path, capsys):  # noqa: F811
     person = Preferences(read_table(CARS, ASKED))
-    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+    reader = show(page_of(CARS))
     reader.page.get_by_role("button", name="Help me choose").focus()
     reader.press("Enter")
     for key in "a", "b", "s", "e", "u":
@@ -69,8 +68,8 @@ def test_keys_answer_and_the_command_goes_on(visit, tmp_path, capsys):  # noqa: 
     assert reader.state["positions"][-1]["answers"] == json.loads(json.dumps(kept["answers"]))
 
 
-def test_people_take_turns_on_one_page(visit, tmp_path):  # noqa: F811
-    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+def test_people_take_turns_on_one_page(show):  # noqa: F811
+    reader = show(page_of(CARS))
     of_ann = {
         "answers": [["Town", ">", "Coast"]],
         "weights": {"noise": 5},
@@ -111,8 +110,8 @@ def test_people_take_turns_on_one_page(visit, tmp_path):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F811
-    reader = visit(page_of(CARS, tmp_path / "cars.html"))
+def test_shares_of_two_people_and_what_suits_both(show):  # noqa: F811
+    reader = show(page_of(CARS))
     shares, written = {}, []
     for name, answers in (
         ("Ann", [["Town", ">", "Coast"], ["Lane", ">", "Country"]]),
@@ -135,8 +134,8 @@ def test_shares_of_two_people_and_what_suits_both(visit, tmp_path):  # noqa: F81
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("frame", "n_buttons"), [(CARS[:1], 0), (CARS * 0 + 1, 1), (CARS[:2], 1)])
-def test_few_or_equal_designs_leave_nothing_to_ask(visit, tmp_path, frame, n_buttons):  # noqa: F811
-    reader = visit(page_of(frame, tmp_path / "cars.html"))
+def test_few_or_equal_designs_leave_nothing_to_ask(show, frame, n_buttons):  # noqa: F811
+    reader = show(page_of(frame))
     button = reader.page.get_by_role("button", name="Help me choose")
     assert button.count() == n_buttons
     for _ in range(n_buttons):

@@ -24,7 +24,7 @@ from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
 from tests.helpers.models import Sum
 from tests.helpers.processes import posix, until
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import interrupted, refused
 
 
 def sum_on(executor, before=lambda x: None, **options):
@@ -105,8 +105,7 @@ def test_without_a_temporary_folder_a_run_ends_as_ever(processes, tmp_path, monk
     def interrupt(algorithm):
         raise KeyboardInterrupt("its own")
 
-    with pytest.raises(KeyboardInterrupt, match="its own"):
-        minimize(problem, PSI(16, block_size=1), callback=interrupt)
+    interrupted(minimize, problem, PSI(16, block_size=1), callback=interrupt, message="its own")
 
 
 def test_a_vectorised_problem_on_an_executor(processes):

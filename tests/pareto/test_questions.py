@@ -16,11 +16,11 @@ from pymoo_psi import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from tests.helpers.draws import rarely, seeds
+from tests.helpers.fronts import on_sphere
 from tests.helpers.refusals import refused
 
 FIVE = np.array([[0.0, 1.0], [0.1, 0.6], [0.4, 0.3], [0.8, 0.1], [1.0, 0.0]])
-SPHERE = np.abs(np.random.default_rng(4).standard_normal((80, 3)))
-SPHERE = 1 - SPHERE / np.linalg.norm(SPHERE, axis=1)[:, None]  # bulges towards the ideal point
+SPHERE = 1 - on_sphere(np.random.default_rng(4), 80, 3)  # bulges towards the ideal point
 
 
 def distances_for(weights, F, p=2):

@@ -10,15 +10,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import rank_of_efficiency, representatives
+from tests.helpers.fronts import in_shares
 
 
 def distances(F, normalize):
     """Of all pairs of Pareto-optimal rows, and which rows these are."""
-    ranking = rank_of_efficiency(F, normalize=normalize)
-    front = np.flatnonzero(ranking.pareto)
-    lengths = np.ptp(F[front], axis=0)
-    points = F[front] / np.where(lengths > 0, lengths, np.inf) if normalize else F[front]
-    return front, np.linalg.norm(points[:, None] - points, axis=2), ranking
+    front, points = in_shares(F, normalize=normalize)
+    return front, np.linalg.norm(points[:, None] - points, axis=2)
 
 
 @given(
@@ -29,7 +27,8 @@ def distances(F, normalize):
     normalize=st.booleans(),
 )
 def test_no_choice_covers_with_less_than_half_the_radius(F, k, normalize):
-    front, apart, ranking = distances(F, normalize)
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    front, apart = distances(F, normalize)
     few = representatives(F, k, normalize=normalize)
     assert few.rows[0] == ranking.salukvadze[0]
     assert ranking.pareto[few.rows].all()

@@ -10,7 +10,7 @@ from pymoo_psi import TestTable, explain, rank_of_efficiency
 from pymoo_psi._numbers import number
 from pymoo_psi.files import read_table
 from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table, save_figures
-from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
+from tests.helpers.drawn import assert_readable, assert_whole, plane, shown, texts
 from tests.helpers.draws import rarely
 from tests.helpers.refusals import refused
 
@@ -214,10 +214,8 @@ def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(
     """Not all have room beside designs that are so near to each other."""
     x = np.array([0, 1, 1.04, 1.08, 1.12, 1.16, 2])
     frame = pd.DataFrame({"cost": x, "mass": 2 - x}, [15 * letter for letter in "abcdefg"])
-    table = read_table(frame)
-    figure = plot_objectives(table, width=width)
-    assert_readable(figure)  # it is drawn
-    (ax,) = figure.axes
+    ax = plane(read_table(frame), width=width)
+    assert_readable(ax.figure)  # it is drawn
     written = [text for text in ax.texts if text.get_visible()]
     assert sum("." in text.get_text() for text in written) == n_names
     assert len(written) == 7
@@ -230,10 +228,8 @@ def test_names_are_not_on_the_front_or_a_limit():
     frame = pd.DataFrame(
         {"cost": x, "mass": (1 - x) ** 3}, [f"a name, number {k}" for k in range(12)]
     )
-    table = read_table(frame).under(limits={"cost": 0.5})
-    figure = plot_objectives(table)
-    assert_readable(figure)
-    (ax,) = figure.axes
+    ax = plane(read_table(frame).under(limits={"cost": 0.5}))
+    assert_readable(ax.figure)
     lines = [line for line in ax.lines if line.get_linestyle() != "None"]
     paths = [line.get_transform().transform_path(line.get_path()) for line in lines]
     names = [name for name in ax.texts if name.get_visible()]

@@ -19,7 +19,7 @@ from pymoo_psi.plots import (
     save_figures,
 )
 from pymoo_psi.table import Schema
-from tests.helpers.drawn import assert_readable, assert_whole, shown, texts
+from tests.helpers.drawn import assert_readable, assert_whole, plane, shown, texts
 from tests.helpers.draws import rarely
 from tests.helpers.refusals import refused
 
@@ -39,12 +39,6 @@ def in_groups(table, limits):
     groups[limited.pareto()] = "not dominated"
     groups[table.status == "failed"] = ""
     return groups
-
-
-def plane(table, **options):
-    """The only axes of a figure of two objectives."""
-    (ax,) = shown(plot_objectives(table, **options))
-    return ax
 
 
 def line_of(ax, label):

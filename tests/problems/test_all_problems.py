@@ -20,7 +20,7 @@ from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
 from tests.helpers.parts import parts
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import refused, warned
 
 
 def made(kind):
@@ -67,7 +67,7 @@ def test_the_name_may_be_a_text(problem):
     assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
 
 
-ANOTHER = "belongs to another model"
+ANOTHER, UNKNOWN = "belongs to another model", "does not compare what the problem's title is made"
 
 
 class Heir(Model):
@@ -105,8 +105,7 @@ class Mesh:
 def test_objects_that_a_study_does_not_compare_are_named(study_file):
     """They may change while it runs."""
     for mesh in ([Mesh(1)], {"mesh": Mesh(2), "self": None}):
-        with pytest.warns(UserWarning, match="does not compare what the problem's title is made"):
-            assert len(investigate(Model(title=mesh), 4, study=study_file)) == 4
+        assert len(warned(UNKNOWN, investigate, Model(title=mesh), 4, study=study_file)) == 4
         study_file.unlink()
     investigate(Model(title=Mesh(1)), 4)  # without a study there is nothing to compare
 
@@ -127,9 +126,11 @@ def nested(E):
         lambda E: Model(weights=[None, E]),
         lambda E: Model(weights=pd.Series([E, 2.0])),
         nested,
+        lambda E: Model(weights=mesh(60, E)),
     ],
 )
 def test_constants_in_objects_belong_to_a_study(study_file, made):
+    """Each of 60 nodes that hold each other is compared once, not each of the ways through them."""
     for _ in range(2):
         investigate(made(1.0), 4, study=study_file)
     refused(ANOTHER, investigate, made(210.0), 4, error=StudyMismatchError, study=study_file)
@@ -151,20 +152,11 @@ def mesh(n, x):
     return nodes
 
 
-def test_objects_that_hold_each_other_are_compared_once(study_file):
-    """Each of its 60 nodes, not each of the ways through them."""
-    for _ in range(2):
-        investigate(Model(weights=mesh(60, 1.0)), 4, study=study_file)
-    other = Model(weights=mesh(60, 2.0))
-    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study_file)
-
-
 def test_a_long_chain_of_objects_is_named(study_file):
     chain = []
     for _ in range(5000):
         chain = [chain]
-    with pytest.warns(UserWarning, match="does not compare what the problem's title is made"):
-        investigate(Model(title=chain), 4, study=study_file)
+    warned(UNKNOWN, investigate, Model(title=chain), 4, study=study_file)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pymoo.core.variable import Integer, Real
 
 from pymoo_psi import LPTauSampling, Recorded, investigate
 from pymoo_psi.problems import design_space
+from tests.helpers.refusals import warned
 
 
 @pytest.mark.parametrize("n", [1, 7, 13, 49])
@@ -31,8 +32,7 @@ def test_places_go_on_outside_the_bounds():
 def test_integers_with_names_are_no_places_in_a_permutation():
     """Without one, integers with such bounds may be, and a warning asks."""
     problem = Problem(n_var=4, n_obj=1, xl=0, xu=3, vtype=int)
-    with pytest.warns(UserWarning, match="an attribute permutation"):
-        LPTauSampling()(problem, 4)
+    warned("an attribute permutation", LPTauSampling(), problem, 4)
     problem.names = {"x2": "teeth"}
     assert len(LPTauSampling()(problem, 4)) == 4
 

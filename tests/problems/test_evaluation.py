@@ -19,6 +19,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import PSI, FailureTolerant, lp_tau
 from pymoo_psi.problems import WrappedProblem, evaluate_designs
 from tests.helpers.models import Model as OfFunction
+from tests.helpers.refusals import warned
 
 CULPRIT = 2
 X = np.column_stack([np.arange(7.0), np.linspace(0.0, 1.0, 7)])
@@ -264,8 +265,7 @@ def test_an_output_called_failure_is_left_out_with_a_warning():
             out["failure"] = x[:, 0]
 
     for problem, designs in ((Wrapper(get_problem("bnh")), np.ones((3, 2))), (model, X[:2, 1:])):
-        with pytest.warns(UserWarning, match=r"out\['failure'\] is left out"):
-            out = evaluate_designs(problem, designs)
+        out = warned(r"out\['failure'\] is left out", evaluate_designs, problem, designs)
         assert set(out["failure"]) == {""}
     assert "mass" in out
 
@@ -274,8 +274,8 @@ def test_an_output_called_failure_is_left_out_with_a_warning():
 def test_an_output_with_a_name_of_pymoos_individuals_is_left_out_with_a_warning(name):
     """A table keeps it."""
     problem = OfFunction(lambda x: {"F": right(x), name: x[0], "mass": x[1]}, n_var=2)
-    with pytest.warns(UserWarning, match=f"'{name}'.* is left out: pymoo's individuals have"):
-        result = minimize(FailureTolerant(problem), NSGA2(4), ("n_gen", 2), seed=1)
+    message = f"'{name}'.* is left out: pymoo's individuals have"
+    result = warned(message, minimize, FailureTolerant(problem), NSGA2(4), ("n_gen", 2), seed=1)
     np.testing.assert_array_equal(result.pop.get("mass"), result.pop.get("X")[:, 1])
     table = minimize(problem, PSI(4)).algorithm.table
     np.testing.assert_array_equal(table[name], table.X[:, 0])

@@ -129,11 +129,6 @@ def test_a_variable_has_a_plain_name(tmp_path, name):
     )
 
 
-def test_umlauts_are_quoted_in_toml(tmp_path):
-    (tmp_path / "m.toml").write_text("[variables]\nHöhe = {bounds = [1, 2]}\n", "utf-8")
-    refused('line 2.*stands in quotes, as "Höhe"', ProgramProblem.from_toml, tmp_path / "m.toml")
-
-
 def test_lines_in_any_order_are_filled_or_refused_by_their_number(tmp_path, draws):
     """Each line as alone: none hides or makes a placeholder of another line."""
     known = [pair for pair in FILLED if "\n" not in pair[0]]

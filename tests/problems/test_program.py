@@ -19,7 +19,7 @@ from pymoo_psi import (
     read_table,
 )
 from pymoo_psi.errors import StudyMismatchError
-from pymoo_psi.problems import LogScaled, Output, Robust
+from pymoo_psi.problems import LogScaled, Output
 from tests.helpers.draws import rarely
 from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
@@ -480,15 +480,6 @@ def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path
     for _ in range(2):
         use(echo(n, e="2*n"), study=path)
     refused("another (model|problem)", use, echo(n, e="3*n"), study=path, error=StudyMismatchError)
-
-
-def test_limits_in_scenarios_belong_to_a_study(study_file):
-    robust, other = (
-        Robust(echo({"bounds": [1, 2]}, {"m": limit}), tolerances={"n": 0.1}, n_scenarios=1)
-        for limit in ("<= 2", "<= 3")
-    )
-    investigate(robust, 2, study=study_file)
-    refused("another model", investigate, other, 2, study=study_file, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize(

@@ -179,8 +179,7 @@ def test_surrogates_propose_only_designs_that_meet_them():
 def test_designs_that_violate_requirements_are_asked_of_nobody():
     """They come evaluated, whatever evaluates the others."""
     problem = plain()
-    algorithm = PSI(32)
-    algorithm.setup(problem)
+    algorithm = PSI(32).setup(problem)
     algorithm.tell(infills=algorithm.evaluator.eval(problem, algorithm.ask()))
     assert all(x[1] <= 2 * x[0] for (x,) in problem.calls)
     assert algorithm.table.equals(investigate(plain(), 32))

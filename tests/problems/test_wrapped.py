@@ -18,9 +18,11 @@ from pymoo_psi import (
     compare,
     investigate,
 )
+from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
+from tests.problems.test_program import echo
 
 
 class Mirrored(WrappedProblem):
@@ -111,16 +113,23 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
     np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
 
 
+def scenarios(limit):
+    """Of a program with a limit, which is a constraint of each."""
+    program = echo({"bounds": [1, 2]}, {"m": limit})
+    return Robust(program, tolerances={"n": 0.1}, n_scenarios=1)
+
+
 @pytest.mark.parametrize(
     ("first", "second", "message"),
     [
         (Priced(model(), 3.0), Priced(model(), 4.0), "price"),
         (get_problem("bnh"), Mirrored(get_problem("bnh")), "wrappers"),
+        (scenarios("<= 2"), scenarios("<= 3"), "another model"),
     ],
 )
 def test_a_study_tells_wrappers_apart(study_file, first, second, message):
     investigate(first, 4, study=study_file)
-    refused(message, investigate, second, 4, study=study_file)
+    refused(message, investigate, second, 4, study=study_file, error=StudyMismatchError)
 
 
 @pytest.mark.parametrize("kept", [lambda problem, _: problem, Recorded])

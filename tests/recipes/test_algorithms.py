@@ -116,13 +116,6 @@ def test_a_run_leaves_the_algorithm_as_it_is(make, algorithm):
     assert first.algorithm.table.equals(second.algorithm.table)
 
 
-def test_the_next_function(make, algorithm):
-    algorithm.setup(BNH, seed=1, verbose=False)
-    while algorithm.has_next():
-        algorithm.next()
-    assert algorithm.table.equals(table_of(make))
-
-
 def by_asking(algorithm, problem):
     algorithm.setup(problem, termination=("n_gen", ITERATIONS), seed=1)
     while algorithm.has_next():

@@ -113,8 +113,7 @@ WRAPPED = {
 
 
 def from_a_checkpoint(algorithm, problem):
-    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
-    algorithm.next()
+    algorithm.setup(problem, termination=("n_gen", 3), seed=1).next()
     return dill.loads(dill.dumps(algorithm)).run()
 
 

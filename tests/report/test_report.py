@@ -489,8 +489,7 @@ def test_distances_are_from_the_best_of_fixed_ranges_as_they_are_written():
     asked = Formulation(["cost", "noise"], ranges={"cost": [10.5, 22.5], "noise": [45, 65]})
     sections = Reader(decision_report(read_table(frame, asked))).sections
     rows = [row.split(" | ")[1:] for row in sections["Values"][1:3]]
-    assert rows[0] == ["22.5", "", "10.5", "16.0", "46 %"]
-    assert rows[1] == ["65", "", "45", "55", "50 %"]
+    assert rows == [["22.5", "", "10.5", "16.0", "46 %"], ["65", "", "45", "55", "50 %"]]
     assert sections["sheet"][2].endswith("10 in noise (50 % of its range) and 5.5 in cost (46 %).")
 
 

@@ -17,15 +17,8 @@ from pymoo_psi import (
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
+from tests.helpers.fronts import in_shares
 from tests.helpers.refusals import refused
-
-
-def in_shares(F, point=0.0, normalize=True):
-    """Rows, and a point, in units of the ranges of the Pareto-optimal rows; and which these are."""
-    front = np.flatnonzero(rank_of_efficiency(F).pareto)
-    lengths = np.ptp(F[front], axis=0)
-    lengths = np.where(lengths == 0, np.inf, lengths) if normalize else 1.0
-    return front, (F[front] - point) / lengths
 
 
 @given(
@@ -112,6 +105,8 @@ def test_directions_do_not_matter(F):
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
+        (lambda: EfficientSubset(7), ValueError, "rank must be 3, 4, 5 or 6, got 7"),
+        (lambda: rank_of_efficiency(np.eye(2)).subset(9), ValueError, "rank must be 0, 3, 4, 5 or 6, got 9"),
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
         (lambda: CompromiseProgramming("2"), ValueError, "p must be a number from 1 to inf, got '2'"),
         (lambda: Preferred("A>B"), ValueError, "an answer must be a triple such as .*, got 'A'"),

@@ -9,7 +9,6 @@ import socket
 import stat
 import subprocess
 import sys
-import time
 from contextlib import ExitStack, closing, suppress
 from urllib.parse import urlsplit
 from urllib.request import urlopen
@@ -67,10 +66,7 @@ class Visitor:
             return self.page.evaluate(expression)
 
     def until(self, expression):
-        end = time.monotonic() + LONG
-        while not self.ask(expression):
-            assert time.monotonic() < end, f"never true: {expression}"
-            self.page.wait_for_timeout(20)
+        assert until(lambda: self.ask(expression), every=0.02), f"never true: {expression}"
 
     def says(self, text, place="live"):
         self.until(f"document.getElementById('{place}').textContent.includes({json.dumps(text)})")

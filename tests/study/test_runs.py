@@ -19,7 +19,7 @@ from pymoo_psi.files import read_table, write_table
 from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, Schema
 from tests.helpers.models import Model
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import refused, warned
 
 
 def results(x):
@@ -48,8 +48,7 @@ def test_the_number_of_a_test_says_run_and_point(model, study_file):
 def test_an_interrupted_run_is_finished_before_more_points(model, study_file):
     assert len(investigate(model, 8, study=study_file, more=True)) == 8
     assert len(investigate(model, 8, study=study_file, more=True)) == 16
-    algorithm = PSI(32, study=study_file, block_size=8)
-    algorithm.setup(model)
+    algorithm = PSI(32, study=study_file, block_size=8).setup(model)
     for _ in range(3):  # of 32 points, 16 are known; then the run ends
         algorithm.next()
     assert len(investigate(model, 8, study=study_file, more=True)) == 32
@@ -125,7 +124,7 @@ def test_added_columns_replace_no_values(name, study_file, model):
     assert not study_file.exists()
     problem = Model(lambda x: {"F": [x[0], 1 - x[0]], name: x[0] - x[1]}, n_var=2)
     for part in (problem, Restricted(problem, {"x1": (0.5, 1)})):
-        with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
-            table = investigate(part, 4, study=study_file)
+        message = f"out\\['{name}'\\] is not kept in the study"
+        table = warned(message, investigate, part, 4, study=study_file)
         np.testing.assert_array_equal(table[name], table.X[:, 0] - table.X[:, 1])
         assert name not in read_table(study_file).schema.outputs
