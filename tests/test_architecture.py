@@ -14,6 +14,8 @@ import pytest
 
 import pymoo_psi
 from tests.helpers.draws import rarely
+from tests.helpers.folders import write_files
+from tests.helpers.processes import printed_by
 
 ROOT = Path(pymoo_psi.__file__).parent
 PROJECT = Path(__file__).parents[1]
@@ -230,13 +232,9 @@ EXAMPLE = re.compile(r"in the\s+package\s+`(\w+/_\w+\.py)`.*?^```python\n(.*?)^`
 def examples(tmp_path):
     """The examples for contributors, each in the folder in which the package would have it."""
     text = (ROOT / "guide" / "extending.md").read_text("utf-8")
-    paths = []
-    for place, code in EXAMPLE.findall(text):
-        path = tmp_path / place
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(code, "utf-8")
-        paths.append(path)
-    return paths
+    examples = dict(EXAMPLE.findall(text))
+    write_files(tmp_path, examples)
+    return [tmp_path / place for place in examples]
 
 
 def test_examples_for_contributors_keep_the_layers(examples):
@@ -258,8 +256,7 @@ def test_examples_for_contributors_keep_the_layers(examples):
 def test_examples_for_contributors_pass_as_they_are(examples, command):
     pytest.importorskip(command[0])
     words = [sys.executable, "-m", *command, "pyproject.toml", *map(str, examples)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=PROJECT)
-    assert done.returncode == 0, done.stdout + done.stderr
+    printed_by(*words, cwd=PROJECT)
 
 
 @pytest.mark.parametrize(

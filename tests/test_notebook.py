@@ -3,13 +3,13 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import pymoo_psi
+from tests.helpers.processes import printed_by
 
 GUIDE = Path(pymoo_psi.__file__).parent / "guide" / "notebook.ipynb"
 
@@ -27,13 +27,10 @@ def text(output):
 @pytest.mark.slow
 def test_the_notebook_runs_and_prints_what_is_in_it(tmp_path):
     run = Path(shutil.copy(GUIDE, tmp_path))  # it writes files beside itself
-    done = subprocess.run(
-        [sys.executable, "-m", "jupyter", "execute", "--inplace", run],
+    printed_by(
+        *(sys.executable, "-m", "jupyter", "execute", "--inplace", run),
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-        capture_output=True,
-        text=True,
     )
-    assert done.returncode == 0, done.stderr
     found, printed = outputs(run), outputs(GUIDE)
     assert [[text(o) for o in cell] for cell in found] == [[text(o) for o in c] for c in printed]
     shown = {kind for cell in found for output in cell for kind in output.get("data", ())}

@@ -8,6 +8,8 @@ from importlib.metadata import metadata, requires
 
 import pytest
 
+from tests.helpers.folders import write_files
+
 HEAVY = ("click", "matplotlib", "pymoo", "numpy", "pandas")
 
 
@@ -39,13 +41,13 @@ def reported(tmp_path_factory):
     words += [call.format(repr(right)) for call, (right, _) in WORDS.items()]
     words += [call.format(repr(wrong)) for call, (_, wrong) in WORDS.items()]
     folder = tmp_path_factory.mktemp("types")
-    (folder / "names.py").write_text("\n".join(names))
-    (folder / "words.py").write_text("\n".join(words))
-    (folder / "mypy.ini").write_text(
+    rules = (
         "[mypy]\nstrict = True\nfollow_imports = silent\n"
         f"[mypy-{','.join(f'{name}.*' for name in HEAVY)}]\n"
         "follow_imports = skip\nfollow_imports_for_stubs = True\n"
     )
+    files = {"names.py": "\n".join(names), "words.py": "\n".join(words), "mypy.ini": rules}
+    write_files(folder, files)
     command = [sys.executable, "-m", "mypy", "names.py", "words.py"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     assert not done.stderr

@@ -4,7 +4,6 @@ import inspect
 import os
 import re
 import shlex
-import subprocess
 import sys
 from dataclasses import fields
 from html.parser import HTMLParser
@@ -17,6 +16,7 @@ import pytest
 import pymoo_psi
 from pymoo_psi import Decision, Formulation, problems
 from pymoo_psi.cli._app import app
+from tests.helpers.processes import printed_by
 
 pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]  # the first of them builds the site
@@ -45,14 +45,11 @@ def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("docs") / "site"
     text = (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8")
     (command,) = re.findall(r"^sphinx-build (.*) site$", text, re.M)
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", *shlex.split(command), str(folder)],
+    printed_by(
+        *(sys.executable, "-m", "sphinx", *shlex.split(command), folder),  # -W: no warning
         cwd=ROOT,
         env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-        capture_output=True,
-        text=True,
     )
-    assert done.returncode == 0, done.stderr  # -W: a warning is an error
     paths = [path for path in folder.rglob("*.html") if "_static" not in path.parts]
     return folder, {path: Page(path) for path in paths}
 

@@ -13,6 +13,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
+from tests.helpers.folders import write_files
 from tests.helpers.models import Model, asked_and_told
 from tests.helpers.refusals import interrupted
 
@@ -84,19 +85,17 @@ def test_designs_that_are_not_run_stay_infeasible():
 
 @pytest.fixture
 def program(tmp_path):
-    (tmp_path / "model").mkdir()
-    (tmp_path / "model/queue.py").write_text(
-        "import random, sys\n"
+    files = {
+        "model/queue.py": "import random, sys\n"
         "random.seed(int(sys.argv[2]))\n"
-        "print('wait =', float(sys.argv[1]) + random.random())\n"
-    )
-    (tmp_path / "queue.toml").write_text(
-        'variables.x = {bounds = [1, 9], kind = "integer"}\n'
+        "print('wait =', float(sys.argv[1]) + random.random())\n",
+        "queue.toml": 'variables.x = {bounds = [1, 9], kind = "integer"}\n'
         'program = {command = "python queue.py {x} {seed}", template = "model", keep = "none"}\n'
         'outputs.wait = {file = "stdout.txt", pattern = "wait = (.*)"}\n'
         'outputs.cost = {expression = "10 - x"}\n'
-        'objectives.minimize = ["wait", "cost"]\n'
-    )
+        'objectives.minimize = ["wait", "cost"]\n',
+    }
+    write_files(tmp_path, files)
     return tmp_path / "queue.toml"
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import subprocess
 import sys
 import time
 from functools import partial
@@ -29,7 +28,7 @@ from pymoo_psi.problems import ProgramProblem, ProgramRun, design_space
 from pymoo_psi.study import Study
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
-from tests.helpers.processes import posix
+from tests.helpers.processes import posix, printed_by
 from tests.helpers.refusals import interrupted, refused
 
 
@@ -190,9 +189,7 @@ def test_runs_killed_again_and_again_lose_and_repeat_nothing(case, tmp_path):
     command = [sys.executable, "-m", "benchmarks.kills", case, "2"]
     root = Path(__file__).parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}"}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "2 kills" in done.stdout
+    assert "2 kills" in printed_by(*command, cwd=tmp_path, env=environment)
 
 
 class InAnyOrder(ProcessRunner):

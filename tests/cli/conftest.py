@@ -115,6 +115,11 @@ def broken():
 '''
 
 
+def joined(printed):
+    """What is printed, without the breaks of its lines."""
+    return " ".join(printed.split())
+
+
 @pytest.fixture
 def run(capsys, tmp_path, monkeypatch, in_folder):
     """Run the command in a folder with the models; return its code and what it prints."""

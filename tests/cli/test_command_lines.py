@@ -13,6 +13,7 @@ import pytest
 
 from pymoo_psi.cli import main
 from tests.helpers.draws import seeds
+from tests.helpers.folders import write_files
 
 MODELS = """
 import sys
@@ -145,10 +146,7 @@ def test_every_command_line_ends_well(seed, tmp_path, monkeypatch, undrawn, in_f
     rng = random.Random(seed)
     monkeypatch.syspath_prepend(str(tmp_path))
     os.mkdir("folder")
-    for name, content in FILES.items():
-        data = content if isinstance(content, bytes) else content.encode("utf-8")
-        with open(name, "wb") as file:
-            file.write(data)
+    write_files("", FILES)
     for _ in range(50):
         words, encoding = command_line(rng), rng.choice(["utf-8", "ascii"])
         out, err = (io.TextIOWrapper(io.BytesIO(), encoding=encoding) for _ in range(2))

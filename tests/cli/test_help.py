@@ -3,7 +3,6 @@
 import os
 import re
 import shlex
-import subprocess
 import sys
 from inspect import signature
 
@@ -15,6 +14,8 @@ from pymoo_psi.cli import _experiments
 from pymoo_psi.cli._app import app
 from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
+from tests.helpers.folders import write_files
+from tests.helpers.processes import printed_by
 
 EXPERIMENTS = ["analyze", "compare", "reproduce"]
 
@@ -120,9 +121,8 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
     ],
 )
 def test_a_mistake_is_one_line_and_code_2(words, message, said, tmp_path):
-    (tmp_path / "pyproject.toml").write_text("[project]\n")
     text = "x,x1,x2,g1,g2,f1,f2\n1,1,1,0,0,1,5\n2,2,2,0,0,2,4\n,,3,0,0,3,3\n"
-    (tmp_path / "set.csv").write_text(text)
+    write_files(tmp_path, {"pyproject.toml": "[project]\n", "set.csv": text})
     err = said(*shlex.split(words), code=2)
     assert message in err
     assert err.startswith("pymoo-psi: error: ")
@@ -130,10 +130,8 @@ def test_a_mistake_is_one_line_and_code_2(words, message, said, tmp_path):
 
 
 def test_python_m_and_version():
-    done = subprocess.run(
-        [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == f"pymoo-psi {pymoo_psi.__version__}\n"
+    printed = printed_by(sys.executable, "-m", "pymoo_psi", "--version")
+    assert printed == f"pymoo-psi {pymoo_psi.__version__}\n"
 
 
 def test_options_are_named_as_the_librarys_arguments(said):

@@ -1,10 +1,8 @@
 """Tests that people make: `ask` and `tell`, two files at once, repeats, corrections, mixtures."""
 
 import json
-import sqlite3
 import subprocess
 import sys
-from contextlib import closing
 from functools import partial
 
 import numpy as np
@@ -20,6 +18,7 @@ from pymoo_psi.files import read_table
 from tests.helpers.exact_csv import EXACT
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
+from tests.helpers.studies import sql
 
 ALLOY = """
 name = "alloy"
@@ -73,11 +72,8 @@ def filled(frame, rows=slice(None)):
 
 def stored():
     """The strengths by test, and how often the study was changed."""
-    with closing(sqlite3.connect("lab.db")) as db:
-        tests = dict(
-            db.execute("SELECT test, strength FROM tests WHERE status NOT NULL ORDER BY test")
-        )
-        return tests, db.execute("SELECT count(*) FROM log").fetchone()[0]
+    tests = sql("lab.db", "SELECT test, strength FROM tests WHERE status NOT NULL ORDER BY test")
+    return dict(tests), len(sql("lab.db", "SELECT * FROM log"))
 
 
 def test_a_missing_package_is_noticed_before_designs_are_asked(
@@ -107,8 +103,8 @@ def test_two_files_in_turns_lose_nothing(alloy, told):
     assert "a file without those of tests 3, 6" in told(repeated.iloc[2:3], code=2)
     assert "Test 3 corrected: strength = 229 instead of 230." in told(repeated)
     assert stored() == ({1: 210, 2: 220, 3: 229, 5: 250, 6: 231.5}, 1)
-    with closing(sqlite3.connect("lab.db")) as db:  # the test that other runs look for
-        assert db.execute("SELECT repeat FROM tests WHERE test = 3").fetchone() == (1,)
+    # The test that other runs look for.
+    assert sql("lab.db", "SELECT repeat FROM tests WHERE test = 3") == [(1,)]
 
 
 def test_a_later_result_corrects_the_former_one(alloy, told):
@@ -116,8 +112,7 @@ def test_a_later_result_corrects_the_former_one(alloy, told):
     told(frame)
     other = frame.iloc[[1]].assign(**{"strength [MPa]": 500})
     assert "Test 2 corrected: strength = 500 instead of 220." in told(other)
-    with closing(sqlite3.connect("lab.db")) as db:
-        ((content,),) = db.execute("SELECT what FROM log").fetchall()
+    ((content,),) = sql("lab.db", "SELECT what FROM log")
     assert json.loads(content)["cells"]["strength"] == 220
     other[["strength [MPa]", "where", "failure"]] = [np.nan, np.nan, "cracked"]
     assert "reason = cracked instead of none" in told(other)

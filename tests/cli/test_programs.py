@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pymoo_psi import ProgramProblem
+from tests.helpers.folders import write_files
 
 SOLVER = """
 import sys
@@ -39,18 +40,15 @@ slender = "height <= 2*width"
 @pytest.fixture
 def beam(run):
     """The file of a program, and its template."""
-    Path("model").mkdir()
-    Path("model", "solver.py").write_text(SOLVER)
-    Path("model", "beam.inp").write_bytes(b"width={width}\r\nheight={height:.6g}\r\n")
-    Path("beam.toml").write_text(FILE)
+    template = "width={width}\r\nheight={height:.6g}\r\n"
+    write_files("", {"model/solver.py": SOLVER, "model/beam.inp": template, "beam.toml": FILE})
 
 
 def test_the_example_is_a_file_to_edit(said):
     said("solve", "--new", "bracket.toml")
     text = Path("bracket.toml").read_text("utf-8")
-    Path("model").mkdir()
-    Path("model", "beam.inp").write_text("{width} {height}")
-    Path("bracket.toml").write_text(text.replace("ccx -i beam", f"{sys.executable} -V"))
+    text = text.replace("ccx -i beam", f"{sys.executable} -V")
+    write_files("", {"model/beam.inp": "{width} {height}", "bracket.toml": text})
     ProgramProblem.from_toml("bracket.toml")
 
 

@@ -28,11 +28,8 @@ from pymoo_psi import (
 )
 from pymoo_psi.analysis import alike
 from pymoo_psi.files import read_table
+from tests.cli.conftest import joined
 from tests.helpers.exact_csv import EXACT
-
-
-def joined(printed):
-    return " ".join(printed.split())
 
 
 def written(path="o.csv"):

@@ -17,9 +17,10 @@ from pymoo_psi.analysis import convergence, convergence_sentence, sensitivities
 from pymoo_psi.cli import main
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
-from tests.cli.conftest import MODELS
+from tests.cli.conftest import MODELS, joined
 from tests.helpers.draws import rarely
 from tests.helpers.exact_csv import EXACT
+from tests.helpers.folders import write_files
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -133,9 +134,12 @@ def test_what_one_command_refuses_all_refuse(said, command, text, tmp_path):
 
 
 def test_a_prototype_is_read_by_the_marks_of_its_own_file(said, tmp_path):
-    (tmp_path / "set.csv").write_bytes("name;Größe;b\nA;1.250;3\nB;980;4\n".encode("cp1252"))
-    (tmp_path / "own.csv").write_text("name,Größe,b\nold,1100.5,5\n", "utf-8")
-    (tmp_path / "same.csv").write_bytes("name;Größe;b\nold;1.100,5;5\n".encode("cp1252"))
+    files = {
+        "set.csv": "name;Größe;b\nA;1.250;3\nB;980;4\n".encode("cp1252"),
+        "own.csv": "name,Größe,b\nold,1100.5,5\n",
+        "same.csv": "name;Größe;b\nold;1.100,5;5\n".encode("cp1252"),
+    }
+    write_files(tmp_path, files)
     with pd.ExcelWriter(tmp_path / "book.xlsx") as book:
         for sheet in ("cover", "data"):
             pd.read_csv(tmp_path / "own.csv").to_excel(book, sheet_name=sheet, index=False)
@@ -148,10 +152,6 @@ def test_a_prototype_is_read_by_the_marks_of_its_own_file(said, tmp_path):
     pd.read_csv(tmp_path / "own.csv").to_excel(tmp_path / "set.xlsx", sheet_name="data")
     for name in ("own.csv", "book.xlsx"):
         said("report", "set.xlsx", "--sheet", "data", "--prototype", name, "--out", "r.html")
-
-
-def joined(printed):
-    return " ".join(printed.split())
 
 
 def decision(**more):

@@ -1,9 +1,7 @@
 """A study in stages: bounds, limits and outputs change, tests come from elsewhere; all is kept."""
 
 import shlex
-import sqlite3
 import sys
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,8 @@ import pytest
 
 from pymoo_psi.files import read_table
 from pymoo_psi.table import Limit
+from tests.helpers.folders import write_files
+from tests.helpers.studies import sql
 
 SOLVER = """
 import sys
@@ -43,10 +43,8 @@ SOLVE = ("solve", "beam.toml", "--study", "beam.db")
 
 @pytest.fixture
 def log(tmp_path, in_folder):
-    Path("model").mkdir()
     log = tmp_path / "log"
-    Path("model/solver.py").write_text(SOLVER.format(log=str(log)))
-    Path("beam.toml").write_text(FILE)
+    write_files("", {"model/solver.py": SOLVER.format(log=str(log)), "beam.toml": FILE})
     return log
 
 
@@ -95,9 +93,8 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     )
     said(*SOLVE, "--points", "+4")
     assert n_runs(log) == len(table) + 4 == 20
-    with closing(sqlite3.connect("beam.db")) as db:
-        assert db.execute("SELECT count(*) FROM tests").fetchone() == (20,)
-        assert db.execute("SELECT count(*) FROM runs").fetchone() == (3,)
+    assert sql("beam.db", "SELECT count(*) FROM tests") == [(20,)]
+    assert sql("beam.db", "SELECT count(*) FROM runs") == [(3,)]
     # an output that is read in another way is of another model
     edit("'tip = (\\S+)'", "'stress = (\\S+)'")
     assert "problem.parameters.outputs.tip.pattern" in said(*SOLVE, "--points", "8", code=2)

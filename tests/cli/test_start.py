@@ -1,12 +1,12 @@
 """A command imports what it needs: what a small table does not need would take most of its time."""
 
 import json
-import subprocess
 import sys
 
 import pytest
 
 from tests.helpers.draws import rarely
+from tests.helpers.processes import printed_by
 
 # What `rank` of a CSV may import of other packages, and of this one.
 OTHERS = {"click", "lazy_loader", "msgspec", "numpy", "typing_extensions"}
@@ -36,10 +36,9 @@ print(json.dumps([code, *({*sys.modules} - before)]))
 
 def imported(folder, *words):
     """Return the modules that a command imports in a process of its own."""
-    command = [sys.executable, "-c", PROGRAM, *words]
-    done = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
-    code, *modules = json.loads(done.stdout.splitlines()[-1])
-    assert code == 0, done.stderr
+    printed = printed_by(sys.executable, "-c", PROGRAM, *words, cwd=folder)
+    code, *modules = json.loads(printed.splitlines()[-1])
+    assert code == 0, printed
     # NumPy 1.25 has some of Cython's, which are no files.
     return {name for name in modules if "cython" not in name}
 
@@ -62,7 +61,7 @@ def test_a_ranking_of_a_small_table_needs_neither_pandas_nor_pymoo(text, tmp_pat
     ours = {name.split(".")[1] for name in modules if name.startswith("pymoo_psi.")}
     assert {name for name in ours if not name.startswith("_")} <= OURS
     code = "import click, json, msgspec, numpy, sys; print(json.dumps([*sys.modules]))"
-    printed = subprocess.check_output([sys.executable, "-c", code], text=True)
+    printed = printed_by(sys.executable, "-c", code)
     assert not (modules & SLOW) - set(json.loads(printed))  # what NumPy of 2023 needs itself
 
 

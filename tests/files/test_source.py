@@ -32,7 +32,7 @@ from pymoo_psi.table import Schema
 from tests.helpers.draws import examples
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
-from tests.helpers.studies import edit
+from tests.helpers.studies import sql
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
@@ -589,7 +589,7 @@ def test_what_holds_no_designs_is_refused(source, message):
 )
 def test_databases_of_others_are_named(study_file, tables, name):
     """Optuna and OpenMDAO have these tables, among others."""
-    edit(study_file, *(f"CREATE TABLE {table} (a)" for table in tables))
+    sql(study_file, *(f"CREATE TABLE {table} (a)" for table in tables))
     message = (
         f"no study of pymoo-psi, but a database of {name}; .* export it as CSV by .*{study_file}"
     )

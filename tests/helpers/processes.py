@@ -1,7 +1,9 @@
 """What the tests ask of processes."""
 
+import subprocess
 import sys
 import time
+from pathlib import Path
 
 import cloudpickle
 import pytest
@@ -20,13 +22,19 @@ def until(condition, every=0.005):
     return holds
 
 
+def printed_by(*command, **options):
+    """Return what a program prints, which must end well."""
+    done = subprocess.run(command, capture_output=True, text=True, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 def gone(pid):
     """Whether a process ends, or has ended."""
 
     def ended():
         try:
-            with open(f"/proc/{pid}/stat") as stat:
-                return stat.read().rpartition(")")[2].split()[0] == "Z"
+            return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
         except OSError:
             return True
 

@@ -85,7 +85,7 @@ def begun(path, head=HEAD, **options):
     return study
 
 
-def edit(path, *statements):
+def sql(path, *statements):
+    """Run statements of SQL on a file; return the rows that the last of them finds."""
     with closing(sqlite3.connect(path, isolation_level=None)) as db:
-        for statement in statements:
-            db.execute(statement)
+        return [db.execute(statement).fetchall() for statement in statements][-1]

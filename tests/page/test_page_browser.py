@@ -94,7 +94,10 @@ class Reader:
         (self.page.locator(target) if isinstance(target, str) else target).click()
         self.settle()
 
-    def press(self, *keys):
+    def press(self, *keys, on=None):
+        """Press keys, in a control that gets the focus or in the one that has it."""
+        if on is not None:
+            on.focus()
         for key in keys:
             self.page.keyboard.press(key)
         self.settle()
@@ -115,6 +118,11 @@ class Reader:
     def shown(self):
         """Labels that the table shows, in its order."""
         return self.ask("[...D.order].map((row) => D.data.names[row])")
+
+    @property
+    def first_row(self):
+        """The button of the first row of the table."""
+        return self.page.locator("#table-body button").first
 
     def text(self, selector):
         return self.page.inner_text(selector).replace("\xa0", " ")
@@ -279,11 +287,9 @@ def test_a_caution_stands_where_its_proposal_does(show):
 
 def test_an_end_of_a_slider_moves_alone(reader):
     low, high = (reader.field(f"mass [kg], {end} limit") for end in ("lower", "upper"))
-    high.focus()
-    reader.press(*["PageDown"] * 3)
+    reader.press(*["PageDown"] * 3, on=high)
     limit = reader.state["limits"]["mass"][1]
-    low.focus()
-    reader.press(*["PageUp"] * 12)  # as far as to the upper one, not beyond
+    reader.press(*["PageUp"] * 12, on=low)  # as far as to the upper one, not beyond
     assert reader.state["limits"]["mass"] == [limit, limit]
     reader.press("Home")
     assert reader.state["limits"]["mass"] == [None, limit]
@@ -355,8 +361,7 @@ def test_the_nearest_better_designs_are_named(reader):
     )
     shown = reader.page.locator("#steps-list > div").all_inner_texts()
     assert [text.partition(":")[0] for text in shown] == names != []
-    reader.page.locator("#steps-list button.small").first.focus()
-    reader.press("Enter")
+    reader.press("Enter", on=reader.page.locator("#steps-list button.small").first)
     # The button is a new one; who works by keys stays on it.
     focused = reader.page.evaluate("document.activeElement.getAttribute('aria-label')")
     assert (reader.state["pins"], focused) == (names[:1], f"Compare: {names[0]}")
@@ -409,8 +414,7 @@ def member(visit, page_file, tmp_path):
         for label, value in limits.items():
             reader.type_limit(label, value)
         for k in choose:  # a change of mind is another choice under the same name
-            reader.page.locator("#table-body button").first.focus()
-            reader.press(*["ArrowDown"] * k, "Enter", "c")
+            reader.press(*["ArrowDown"] * k, "Enter", "c", on=reader.first_row)
             assert reader.state["chosen"] == reader.shown[k]
             reader.page.keyboard.type(f"{name} wants it.")
             reader.keep_position(name)
@@ -460,8 +464,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     reader.click("#apart summary")
     assert [reader.text(place) for place in said] == separation_sentences(table)
     # Another choice undoes the decision.
-    reader.page.locator("#table-body button").first.focus()
-    reader.press("ArrowDown", "c")
+    reader.press("ArrowDown", "c", on=reader.first_row)
     assert reader.state["decided"] is None
     # The rest of a file is taken if it is asked for.
     another = visit(page_file)
@@ -535,8 +538,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     switched = row.inner_text().replace("\xa0", " ").split(", ")[1].split(" is proposed")[0]
     if row.locator("h3").count():
         switched = row.locator("h3 button").inner_text()
-    row.get_by_role("button", name="mass must be below").focus()
-    reader.press("Enter")
+    reader.press("Enter", on=row.get_by_role("button", name="mass must be below"))
     assert reader.ask("D.data.names[D.verdict.row]") == switched
     # Who works by keys stays where the limit was.
     assert reader.ask("document.activeElement.closest('#relax, #steps') !== null")
@@ -564,8 +566,7 @@ def rows_of(reader):
 
 
 def test_rows_are_moved_hidden_and_shown_again(reader):
-    reader.page.get_by_label("Move strength").focus()
-    reader.press("ArrowUp", "ArrowUp")
+    reader.press("ArrowUp", "ArrowUp", on=reader.page.get_by_label("Move strength"))
     assert rows_of(reader) == ["strength", "mass", "cost, total"]
     assert reader.ask("document.activeElement.ariaLabel") == "Move strength"
     reader.drag("[aria-label='Move strength']", (0.2, 0.2), (0.2, 3))
@@ -704,8 +705,7 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
     assert rows.count() == 16 < len(reader.shown)
     reader.click("#more-rows")
     assert rows.count() == min(64, len(reader.shown))
-    rows.locator("button").first.focus()
-    reader.press(*["ArrowDown"] * 60, "Enter")
+    reader.press(*["ArrowDown"] * 60, "Enter", on=reader.first_row)
     assert reader.text("h1") == f"Inspected: {reader.shown[60]}"
     assert reader.state["chosen"] is None
 

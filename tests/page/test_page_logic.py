@@ -5,7 +5,6 @@ import os
 import random
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,9 @@ from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Decision, Formulation
 from tests.helpers.asked import kept_by_hand
 from tests.helpers.documents import payload_of, script_of
+from tests.helpers.folders import write_files
 from tests.helpers.fronts import on_sphere
+from tests.helpers.processes import printed_by
 
 HOSTILE = [
     "{",
@@ -52,9 +53,7 @@ def in_node(cases):
     """Return what the logic answers to cases, see logic_driver.js."""
     driver = Path(__file__).with_name("logic_driver.js")
     asked = json.dumps({"script": script_of(decision_page(np.eye(2))), "cases": cases})
-    done = subprocess.run(["node", driver], input=asked, text=True, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(printed_by("node", driver, input=asked))
 
 
 class Case:
@@ -643,8 +642,9 @@ def test_hostile_states_change_nothing(cases, answers):
 def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_path):
     for case, _, found, *_ in ranked(cases[:8], answers[:8]):
         path = tmp_path / "left.csv"
-        path.write_text(found["csv"], "utf-8", newline="")
-        (tmp_path / "left.csv-metadata.json").write_text(found["metadata"], "utf-8")
+        write_files(
+            tmp_path, {path.name: found["csv"], f"{path.name}-metadata.json": found["metadata"]}
+        )
         table = read_table(path)
         schema = table.schema
         assert (schema.objectives, {*schema.maximize}) == (tuple(case.names), {*case.maximize})

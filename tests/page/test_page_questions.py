@@ -36,8 +36,7 @@ def asked(reader):
 def test_keys_answer_and_the_command_goes_on(show, tmp_path, capsys):  # noqa: F811
     person = Preferences(read_table(CARS, ASKED))
     reader = show(page_of(CARS))
-    reader.page.get_by_role("button", name="Help me choose").focus()
-    reader.press("Enter")
+    reader.press("Enter", on=reader.page.get_by_role("button", name="Help me choose"))
     for key in "a", "b", "s", "e", "u":
         pair = person.question()
         assert asked(reader) == (pair or ())

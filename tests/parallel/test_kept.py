@@ -12,6 +12,7 @@ import pytest
 from pymoo_psi import ProcessRunner, investigate
 from pymoo_psi.errors import EvaluationError
 from tests.helpers.draws import rarely
+from tests.helpers.folders import write_files
 from tests.helpers.processes import posix
 from tests.helpers.refusals import refused
 
@@ -49,13 +50,13 @@ class Folder:
 
     def __init__(self, path):
         self.path = path
-        for name, text in {
+        files = {
             "model.py": MODEL,
             "helper.py": "FACTOR = 1",
             "late.py": "def offset(): return 0",
             "data.txt": "0",
-        }.items():
-            self.write(name, text)
+        }
+        write_files(path, files)
         self.model = importlib.import_module("model")
 
     def write(self, name, text):
@@ -94,8 +95,7 @@ def test_the_next_call_has_the_same_workers(folder, monkeypatch):
     assert len(first | processes(second)) <= 2
     require(second, 3)
     # in another folder and environment, which are those of the call
-    (folder.path / "other").mkdir()
-    folder.write("other/data.txt", "7")
+    write_files(folder.path, {"other/data.txt": "7"})
     monkeypatch.chdir("other")
     monkeypatch.setenv("WANTED", "5")
     table = folder.tests()
@@ -193,8 +193,8 @@ class Beam(ElementwiseProblem):
 
 def ran(folder, script, **modules):
     """Run a script beside modules in a process of its own; return what it prints, errors too."""
-    for name, text in {"script": script, **modules}.items():
-        (folder / f"{name}.py").write_text(text)
+    texts = {"script": script, **modules}
+    write_files(folder, {f"{name}.py": text for name, text in texts.items()})
     return subprocess.run(
         [sys.executable, "script.py"],
         cwd=folder,

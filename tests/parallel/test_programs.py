@@ -10,6 +10,7 @@ import textwrap
 
 import pytest
 
+from tests.helpers.folders import write_files
 from tests.helpers.processes import LONG, gone, posix
 
 
@@ -188,9 +189,7 @@ def test_workers_import_from_where_the_program_does(tmp_path):
         "import own\n"
         "print(ProcessRunner(2)(own.double, [1, 2]))"
     )
-    for name, text in texts.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text)
+    write_files(tmp_path, texts)
     process = start(str(tmp_path / "there/program.py"), folder=tmp_path / "here")
     assert process.communicate(timeout=LONG) == ("[{'F': 2}, {'F': 4}]\n", "")
 

@@ -3,7 +3,6 @@
 import contextlib
 import inspect
 import math
-import pathlib
 import subprocess
 import sys
 import warnings
@@ -19,6 +18,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
+from tests.helpers.folders import write_files
 from tests.helpers.parts import parts
 from tests.helpers.refusals import refused, warned
 
@@ -193,8 +193,7 @@ def test_paths_are_not_compared(study_file, path, title_of):
 )
 def test_other_texts_are_compared_whatever_is_on_the_disk(in_folder, text):
     table = investigate(Model(title=text), 4, study="study.db")
-    pathlib.Path(text).parent.mkdir(exist_ok=True)
-    pathlib.Path(text).touch()
+    write_files("", {text: ""})
     assert investigate(Model(title=text), 4, study="study.db").equals(table)
     refused(ANOTHER, investigate, Model(), 4, study="study.db")
 

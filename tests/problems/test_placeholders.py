@@ -6,6 +6,7 @@ import re
 import pytest
 
 from pymoo_psi import ProgramProblem
+from tests.helpers.folders import write_files
 from tests.helpers.refusals import refused
 
 X, WIDTH = 25.0, 3  # a real and an integer variable
@@ -14,8 +15,7 @@ VARIABLES = {"x": {"bounds": [X, X]}, "width": {"bounds": [WIDTH, WIDTH], "kind"
 
 def problem_with(tmp_path, text, *, variables=None, command="true {x}{width}", **program):
     """Return a problem with a text as a file of its template."""
-    (tmp_path / "template").mkdir(exist_ok=True)
-    (tmp_path / "template" / "in.txt").write_bytes(text.encode())
+    write_files(tmp_path, {"template/in.txt": text})
     return ProgramProblem(
         variables or VARIABLES,
         {"command": command, "template": "template", "files": ["in.txt"], **program},

@@ -21,6 +21,7 @@ from pymoo_psi import (
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import LogScaled, Output
 from tests.helpers.draws import rarely
+from tests.helpers.folders import write_files
 from tests.helpers.processes import gone, posix, until
 from tests.helpers.refusals import refused
 
@@ -66,11 +67,8 @@ stress = "<= 60"
 @pytest.fixture
 def beam(tmp_path):
     """Return a function that writes the example, some texts of it replaced, and loads it."""
-    (tmp_path / "model").mkdir()
-    (tmp_path / "model" / "solver.py").write_text(SOLVER)
-    (tmp_path / "model" / "beam.inp").write_text(
-        "width={width:.17g}\nheight={height}\nmode={mode}\n"
-    )
+    template = "width={width:.17g}\nheight={height}\nmode={mode}\n"
+    write_files(tmp_path, {"model/solver.py": SOLVER, "model/beam.inp": template})
 
     def load(*replaced, **kwargs):
         text = FILE.replace("PYTHON", sys.executable)
@@ -162,9 +160,7 @@ WRITTEN = {"m": {"file": "out", "pattern": "(.+)"}}
 def shell(tmp_path, script, outputs, template=(), **program):
     """A program of one variable, a script of the shell in a template."""
     folder = tmp_path / "template"
-    folder.mkdir(exist_ok=True)
-    for name, text in {"run.sh": script, **dict(template)}.items():
-        (folder / name).write_text(text)
+    write_files(folder, {"run.sh": script, **dict(template)})
     return ProgramProblem(
         {"x": {"bounds": [0, 1]}},
         {"command": "sh run.sh {x}", "template": str(folder), "folder": str(tmp_path / "runs")}
@@ -198,8 +194,7 @@ def test_files_that_editors_leave_do_not_count(tmp_path):
     problem = shell(tmp_path, "echo 5", PRINTED)
     identity = problem.fingerprint()
     (tmp_path / "template" / ".#run.sh").symlink_to("user@host.4711")
-    (tmp_path / "template" / "__pycache__").mkdir()
-    (tmp_path / "template" / "__pycache__" / "solver.pyc").write_text("compiled")
+    write_files(tmp_path, {"template/__pycache__/solver.pyc": "compiled"})
     assert problem.run({"x": 0.5}).outputs == {"m": 5.0}
     assert problem.fingerprint() == identity
 
@@ -227,8 +222,7 @@ def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
 
 def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
     """Linked folders and hidden files, too; what has changed is said by its name."""
-    (tmp_path / "elsewhere").mkdir()
-    (tmp_path / "elsewhere" / "data").write_text("1")
+    write_files(tmp_path, {"elsewhere/data": "1"})
     problem = shell(tmp_path, "cat .hidden link/data", PRINTED, {".hidden": ""})
     template = tmp_path / "template"
     (template / "link").symlink_to(tmp_path / "elsewhere")

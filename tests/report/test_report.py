@@ -140,9 +140,8 @@ def test_the_sheet_says_what_a_slow_oracle_finds(seed):
     for name, (heads, worst, _, best, value, share) in zip(NAMES, rows, strict=True):
         assert heads.startswith(name)
         assert ("more" if name in LARGER else "less") in heads
-        assert is_written(worst, oracle.worst[name])
-        assert is_written(best, oracle.best[name])
-        assert is_written(value, oracle.rows[proposed][name])
+        expected = oracle.worst[name], oracle.best[name], oracle.rows[proposed][name]
+        assert all(map(is_written, (worst, best, value), expected))
         assert is_written(share, 100 * shares[name])
     others = len(oracle.front) - 1
     ticks = re.search(r"the other(?: (\d+) designs| design) that no other", sections["Values"][4])

@@ -5,7 +5,6 @@ import os
 import re
 import sqlite3
 import sys
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -25,8 +24,8 @@ from tests.helpers.studies import (
     bits,
     block,
     contents,
-    edit,
     read,
+    sql,
 )
 
 
@@ -74,8 +73,8 @@ FOREIGN = {
     "empty": lambda path: path.write_bytes(b""),
     "csv": lambda path: path.write_text("test_point,x1\n1,0.5\n" * 1000),
     "short": lambda path: path.write_bytes(b"SQLite format 3\0"),
-    "database": lambda path: edit(path, "PRAGMA user_version = 1", "CREATE TABLE tests (x)"),
-    "wal database": lambda path: edit(path, "PRAGMA journal_mode = WAL", "CREATE TABLE t (x)"),
+    "database": lambda path: sql(path, "PRAGMA user_version = 1", "CREATE TABLE tests (x)"),
+    "wal database": lambda path: sql(path, "PRAGMA journal_mode = WAL", "CREATE TABLE t (x)"),
 }
 
 
@@ -103,7 +102,7 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
 def test_views_of_users_stay_when_columns_are_added(study_file):
     study, expected, added = begun(study_file), block(1, 8), block(9, 4)
     study.append(expected, origin="LP-tau", seconds=0.5)
-    edit(
+    sql(
         study_file,
         "CREATE VIEW light AS SELECT f2, origin, seconds FROM tests "
         "WHERE f1 < 0 AND origin NOT NULL ORDER BY test",
@@ -112,10 +111,9 @@ def test_views_of_users_stay_when_columns_are_added(study_file):
         "INSERT INTO notes VALUES (7, 'noisy')",
     )
     study.append(added | {"heat": added["f1"]})
-    with closing(sqlite3.connect(study_file)) as db:
-        assert db.execute("SELECT * FROM notes").fetchall() == [(7, "noisy")]
-        light = db.execute("SELECT * FROM light").fetchall()
-    assert light == [(f2, "LP-tau", 0.5) for f2 in expected["f2"][expected["f1"] < 0]]
+    assert sql(study_file, "SELECT * FROM notes") == [(7, "noisy")]
+    light = [(f2, "LP-tau", 0.5) for f2 in expected["f2"][expected["f1"] < 0]]
+    assert sql(study_file, "SELECT * FROM light") == light
 
 
 REFUSED = {
@@ -133,7 +131,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_other_versions_and_replaced_tables_are_refused(study, what):
-    edit(study.path, *REFUSED[what])
+    sql(study.path, *REFUSED[what])
     refused_and_left(Path(study.path), what)
 
 
@@ -202,5 +200,5 @@ def test_a_file_that_was_cut_is_recognised(study_file, whole):
 )
 def test_edits_by_hand_that_cannot_be_read_are_reported(study_file, whole, statement):
     study_file.write_bytes(whole)
-    edit(study_file, statement)
+    sql(study_file, statement)
     is_reported(study_file)
