@@ -78,44 +78,38 @@ def test_without_a_terminal_questions_are_refused():
     assert b"prefer asks in a terminal; without one, use --answers" in done.stderr
 
 
-class Terminal:
-    """The command in a terminal, whose keys are pressed when it asks."""
+def is_raw(terminal):
+    """Whether a key has its effect at once."""
+    import termios
 
-    def __init__(self, *words):
-        self.keyboard, terminal = os.openpty()
-        command = [sys.executable, "-m", "pymoo_psi", "prefer", "cars.csv", *OPTIONS, *words]
-        self.process = subprocess.Popen(
-            command, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        os.close(terminal)
+    return not termios.tcgetattr(terminal)[3] & termios.ICANON
 
-    def press(self, keys):
-        for key in keys:
-            for line in self.process.stdout:
-                if line.startswith("a or b: "):
-                    break
-            while self.process.poll() is None and not self._is_raw():
-                pass
-            os.write(self.keyboard, key.encode())
 
-    def _is_raw(self):
-        import termios
-
-        return not termios.tcgetattr(self.keyboard)[3] & termios.ICANON
-
-    def end(self):
-        out, err = self.process.communicate(timeout=LONG)
-        os.close(self.keyboard)
-        return self.process.returncode, out, err
+def pressed(keys, *words):
+    """Press keys in a terminal when the command asks; return its code, output and errors."""
+    keyboard, terminal = os.openpty()
+    command = [sys.executable, "-m", "pymoo_psi", "prefer", "cars.csv", *OPTIONS, *words]
+    process = subprocess.Popen(
+        command, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    os.close(terminal)
+    for key in keys:
+        for line in process.stdout:
+            if line.startswith("a or b: "):
+                break
+        while process.poll() is None and not is_raw(keyboard):
+            pass
+        os.write(keyboard, key.encode())
+    printed = process.communicate(timeout=LONG)
+    os.close(keyboard)
+    return process.returncode, *printed
 
 
 @posix
 def test_one_key_answers_takes_back_and_ends():
-    terminal = Terminal("--out", "d.json")
-    terminal.press("abuxsq")
-    code, out, _ = terminal.end()
+    code, printed, _ = pressed("abuxsq", "--out", "d.json")
     assert code == 0
-    assert "2 answers by me written to d.json" in out
+    assert "2 answers by me written to d.json" in printed
     [position] = Decision.read_json("d.json").positions
     first, second = position["answers"]
     assert (first[1], second[1]) == (">", "?")
@@ -126,9 +120,8 @@ def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
     own = {"name": "Ann", "chosen": "Town", "reason": "the bridge"}
     position = own | {"answers": [["Town", ">", "Coast"]]}
     Decision(chosen="Town", reason="the bridge", positions=[position]).to_json("d.json")
-    terminal = Terminal("--decision", "d.json", "--out", "d.json")
-    terminal.press("uq")
-    assert terminal.end()[0] == 0
+    code, *_ = pressed("uq", "--decision", "d.json", "--out", "d.json")
+    assert code == 0
     decision = Decision.read_json("d.json")
     assert (decision.chosen, decision.reason) == ("Town", "the bridge")
     assert decision.positions[-1]["answers"] == []
@@ -138,9 +131,7 @@ def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
 @posix
 @pytest.mark.parametrize("key", ["\x03", "\x04"])
 def test_an_interruption_loses_no_answer(key):
-    terminal = Terminal()
-    terminal.press(["a", "e", key])
-    code, out, err = terminal.end()
+    code, out, err = pressed(["a", "e", key])
     assert code == (130 if key == "\x03" else 0)
     assert "2 answers by me written to decision.json" in out + err
     assert len(Decision.read_json("decision.json").positions[0]["answers"]) == 2
