@@ -47,6 +47,7 @@ from pymoo_psi.cli._console import (
 )
 from pymoo_psi.cli._source import (
     choice_warnings,
+    decision_in,
     decision_remarks,
     opened,
     opened_by_options,
@@ -310,7 +311,7 @@ def run_report(options: Options) -> int:
 def run_analyze(options: Options) -> int:
     """Print sensitivities, sections and convergence; write tables and figures."""
     path = options.file
-    table = opened(path, options)
+    table = opened(path, options, decision_in(options))
     if not table.schema.variables:
         raise invalid("--variables", "given, as no column is named x1, x2, …", Received("none"))
     if options.out is not None:
@@ -433,7 +434,8 @@ def run_export(options: Options) -> int:
     out = options.out
     require_output(out, suffixes_for("tests"), *files)
     options.average_by = options.average_by or False  # every test of a study, no means
-    tables = [opened(path, options) for path in files]
+    decision = decision_in(options)  # read once, as it may be a pipe
+    tables = [opened(path, options, decision) for path in files]
     try:
         table = reduce(TestTable.merge, tables)
     except PsiError as error:

@@ -92,8 +92,8 @@ def typed_options(names: Collection[str]) -> list[str]:
     return words
 
 
-def opened(path: Path, options: Options) -> TestTable:
-    """Return the table of a source under the options; every command opens sources here.
+def opened(path: Path, options: Options, decision: Decision) -> TestTable:
+    """Return the table of a source under a decision; every command opens sources here.
 
     Raises:
         ArgumentValueError: The source is not a table, or an option does not fit it.
@@ -101,7 +101,7 @@ def opened(path: Path, options: Options) -> TestTable:
     """
     table = read_table(
         path,
-        decision_in(options),
+        decision,
         variables=entries_of(options.variables) or None,
         average_by=options.average_by,
         drop_incomplete=options.drop_incomplete,
@@ -130,7 +130,7 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
     if options.out is not None:
         prototype = getattr(options, "prototype", None)
         require_output(options.out, suffixes, path, prototype, options.decision)
-    return opened(path, options)
+    return opened(path, options, decision_in(options))
 
 
 def require_feasible(path: Path, table: TestTable) -> None:
