@@ -83,13 +83,15 @@ def blank(column: AnyArray) -> Mask:
 def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
     """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
 
-    Values of one type stand together.
+    Numbers stand together, as do texts, true and false.
     """
-    # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
-    # numbers have no order.
-    keys = [(type(cell).__name__, cell) for cell in column.tolist()]
+    keys = []
+    for cell in column.tolist():
+        kind = type(cell).__name__
+        # Text and numbers have no order; 1, 1.0 and True are equal and hash alike.
+        keys.append(("float" if kind == "int" else kind, cell, kind))
     ranks = {key: rank for rank, key in enumerate(sorted(set(keys)))}
-    values = [value for _, value in ranks]
+    values = [value for _, value, _ in ranks]
     return values, np.array([ranks[key] for key in keys], dtype=np.intp)
 
 
