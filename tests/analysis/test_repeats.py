@@ -9,6 +9,7 @@ import pytest
 from pymoo_psi import Formulation, TestTable, read_table
 from pymoo_psi.analysis import average_repeats, confidence_sentences, counts_sentence
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table import Schema
 from tests.helpers.refusals import refused
 
 FRAME = pd.DataFrame(
@@ -231,6 +232,14 @@ def test_a_column_with_the_name_of_a_further_output_is_not_overwritten(name, oth
 def test_a_repeated_test_of_an_optimal_design_is_not_dominated():
     table = TestTable.of([1, 2, 3], [[0.1], [0.2], [0.1]], [[1, 2], [2, 1], [1, 2]])
     assert counts_sentence(table) == "3 tests; none of them is dominated."
+
+
+def test_rules_of_two_sides_are_said_as_they_are():
+    schema = Schema.of(1, 2, ["a <= 4", "1 <= a/b <= 4", "1 <= b"])
+    table = TestTable.of(
+        [1, 2], [[0], [1]], [[1, 2], [2, 1]], [[0, 0, 0], [0, 0, 1]], schema=schema
+    )
+    assert "limits (a at most 4, 1 <= a/b <= 4, 1 <= b)." in counts_sentence(table)
 
 
 def test_equal_values_without_noise_stay_equal():

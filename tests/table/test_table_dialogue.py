@@ -65,7 +65,7 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
     [
         ("teeth", (12, 14, 17), [2, 1, 1], [1, 0, 1]),
         ("steel", ("16MnCr5", "C45", "C60"), [1, 2, 1], [0, 1, 1]),
-        ("code", (True, 1.5, 1, "1"), [1] * 4, [0, 0, 1, 1]),
+        ("code", (True, 1, 1.5, "1"), [1] * 4, [0, 1, 0, 1]),
     ],
 )
 def test_a_choice_has_one_bin_for_each_value(variable, values, tested, feasible):
