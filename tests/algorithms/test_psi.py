@@ -69,11 +69,14 @@ def test_a_run_of_which_all_tests_failed_says_so_once(run):
 
 
 @pytest.mark.parametrize("wrapper", [lambda problem: problem, FailureTolerant])
-def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper):
+@pytest.mark.parametrize("output", ["heat", "f", "data"])
+def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper, output):
+    """And keeps an output named as an attribute of pymoo's individuals."""
+
     def failing(x):
         if x.sum() == 2:
             raise ValueError
-        return {"F": [x[0], 2 - x[1]], "heat": x.sum()}
+        return {"F": [x[0], 2 - x[1]], output: x.sum()}
 
     problem = Model(failing, n_var=2, xu=2, vtype=int)
     algorithm = asked_and_told(wrapper(problem), PSI(40, block_size=7))

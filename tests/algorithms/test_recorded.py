@@ -256,4 +256,5 @@ def test_an_investigation_of_a_recorded_problem_has_own_numbers(study_file):
     problem.evaluate(np.full((1, 3), 0.5))
     alone = minimize(model(), PSI(3, first=2)).algorithm.table
     assert minimize(problem, PSI(3, first=2)).algorithm.table.equals(alone)
+    assert [*map(np.shape, problem.evaluate(np.zeros((0, 3))))] == [(0, 2), (0, 1)]
     assert problem.n_evaluated == 3, "the first of them is answered from the study"

@@ -324,10 +324,12 @@ class PointAlgorithm(WithTable, Algorithm):
             if shape != (size,) and not (name == "G" and shape > (size,)):
                 rule = f"evaluated, with {name} of shape {(size,)} for each"
                 raise invalid("infills", rule, Received(f"shape {shape}"))
-        names = (*sizes, "failure", *individual.data.get("outputs", ()))
+        outputs = individual.data.get("outputs", ())
+        names = (*sizes, "failure", *outputs)
         if np.isfinite(individual.F).all():
             model.require_outputs(names)
-        return {name: individual.get(name) for name in names}
+        values = {name: individual.get(name) for name in names}
+        return values | {name: individual.data[name] for name in outputs}
 
     def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
         """Return individuals of points, with the values of those that are tested.
@@ -357,7 +359,7 @@ class PointAlgorithm(WithTable, Algorithm):
         values_of_tests = model.values(tests)
         if isinstance(self.problem, FailureTolerant):  # failed ones have other values for pymoo
             out = columns_of_values(model.problem, values_of_tests)
-            out = self.problem.tolerated(model.space.designs(tests.X.copy()), out, ["F", "G"])
+            out = _tolerated(self.problem, model.space.designs(tests.X.copy()), out)
             for values, F, G in zip(values_of_tests, out["F"], out["G"], strict=True):
                 values |= {"F": F, "G": G}
         violation = model.total_violation(tests)[:, None]
@@ -413,6 +415,15 @@ class PointAlgorithm(WithTable, Algorithm):
         pass  # `opt` is computed when it is read
 
 
+def _tolerated(problem: FailureTolerant, X: Any, out: Values) -> Values:
+    """Return objectives and constraints of designs for pymoo, in which failed ones are infeasible.
+
+    Further outputs are left to the caller: some have names that pymoo's individuals cannot have.
+    """
+    results = {name: out[name] for name in ("F", "G", "H", "failure")}
+    return dict(problem.tolerated(X, results, ["F", "G", "H"]))
+
+
 class _Evaluator(Evaluator):
     """pymoo's evaluator for asking and telling, which keeps designs that fail as failed.
 
@@ -426,16 +437,18 @@ class _Evaluator(Evaluator):
         if getattr(evaluated, "noisy", False):
             out = values_with_seeds(evaluated, X, pop.get("test_point"))
         else:
-            first, row = np.unique(_first_of_each(evaluated, X), return_inverse=True)
+            first, rows = np.unique(_first_of_each(evaluated, X), return_inverse=True)
             self.n_eval -= len(X) - len(first)
             out = evaluate_designs(evaluated, X[first])
-            out = {name: column[row] for name, column in out.items()}
+            out = {name: column[rows] for name, column in out.items()}
         if isinstance(problem, FailureTolerant):
-            out = problem.tolerated(X, out, ["F", "G", "H"])
-        for name, column in out.items():
-            pop.set(name, column)
+            out = {**out, **_tolerated(problem, X, out)}
+        for name in ("F", "G", "H"):
+            pop.set(name, out.pop(name))
         outputs = tuple(name for name in out if name not in NO_OUTPUTS)
-        for individual in pop:
+        for row, individual in enumerate(pop):
+            # `set` would take an output named f, x or data for an attribute
+            individual.data |= {name: column[row] for name, column in out.items()}
             individual.data["outputs"] = outputs
             individual.evaluated.update("FGH")
 

@@ -198,7 +198,8 @@ class Recorded(WithTable, WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         rows = self._values_of(self._model.space.to_matrix(X))
-        out = columns_of_values(self._model.problem, rows)
+        out: Values = {"test_point": np.zeros(0, dtype=np.int64)}  # of no designs
+        out |= columns_of_values(self._model.problem, rows)
         self.returned.update(out["test_point"].tolist())
         for name in return_values_of:  # pymoo would fill in infinity
             if name == "failure" or name not in out:
