@@ -9,11 +9,14 @@ from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
     FailureTolerant,
+    Formulation,
     ProcessRunner,
+    ProgramProblem,
     Recorded,
     Required,
     Restricted,
@@ -213,3 +216,86 @@ def test_a_failing_model_is_not_run_again(wrap):
     tolerant.evaluate(np.random.default_rng(1).random((40, 2)))
     runs = {tuple(x) for (x,) in problem.calls}
     assert len(problem.calls) == len(runs) > len(tolerant.failures) > 0
+
+
+def bars(rules):
+    """A program, one of whose objectives follows from the variables alone."""
+    command = "python -S -c \"print('mass =', {w}*{h})\""
+    return ProgramProblem(
+        {"w": {"bounds": [1, 4]}, "h": {"bounds": [1, 4]}},
+        {"command": command, "keep": "none"},
+        {
+            "mass": {"file": "stdout.txt", "pattern": r"mass = (\S+)"},
+            "stress": {"expression": "100/(w*h*h)"},
+        },
+        {"minimize": ["mass", "stress"]},
+        requirements=rules,
+    )
+
+
+def by_psi(problem, study):
+    return investigate(problem, 16, study=study)
+
+
+def by_another_algorithm(problem, study):
+    res = minimize(Recorded(problem, study), NSGA2(16), ("n_gen", 1), seed=1)
+    return res.problem.table
+
+
+@pytest.mark.parametrize(
+    ("of", "rules"),
+    [
+        (lambda rules: Required(get_problem("bnh"), rules), ["x1 + x2 <= {}", "2", "4"]),
+        (bars, ["h <= {}*w", "0.5", "1.5"]),
+    ],
+    ids=["a function", "a program"],
+)
+@pytest.mark.parametrize("tested", [by_psi, by_another_algorithm])
+def test_designs_that_did_not_run_are_tested_when_requirements_allow_it(
+    of, rules, tested, study_file
+):
+    rule, narrow, loose = rules
+    n_feasible = []
+    for requirements in [{"r": rule.format(narrow)}, {"r": rule.format(loose)}, {}]:
+        table = tested(of(requirements), study_file)
+        n_feasible.append(table.feasible().sum())
+        assert not table.reasons
+    fresh = tested(of({}), study_file.with_suffix(".fresh"))
+    assert n_feasible[0] < n_feasible[1] < n_feasible[2]
+    assert sorted(table.F.tolist()) == sorted(fresh.F.tolist())
+    # the first requirement holds for the tests of the others
+    assert tested(of({"r": rule.format(narrow)}), study_file).feasible().sum() == n_feasible[0]
+
+
+def test_failures_and_infinite_values_of_a_model_stay_when_requirements_change(study_file):
+    calls = []
+
+    def some(x):
+        calls.append(tuple(x))
+        assert x[0] < 0.8, "too wide"
+        if x[1] > 0.5:
+            return {"F": [np.inf, np.inf], "G": 1.0}
+        return {"F": [x[0], 1 - x[0]], "G": -1.0}
+
+    model = Model(some, n_var=2, n_ieq_constr=1)
+    investigate(model, 16, study=study_file, requirements=["x1 >= 0.1"])
+    table = investigate(model, 16, study=study_file)
+    fresh = investigate(model, 16)
+    assert len(calls) == len({*calls}) + 16 == 32
+    assert sorted(table.reasons.values()) == sorted(fresh.reasons.values())
+    assert sorted(table.status) == sorted(fresh.status)
+
+
+def test_the_reason_of_an_infinite_objective_is_the_requirement_left_out():
+    rule = {"mix": "x1 + x2 <= 4"}
+    table = investigate(get_problem("bnh"), 16, requirements=rule)
+    table = table.under(Formulation(omitted=["mix: x1 + x2 <= 4"]))
+    assert {*table.reasons.values()} == {"f1 is inf, as the design violates mix: x1 + x2 <= 4"}
+
+
+def test_names_of_a_user_leave_those_of_requirements():
+    rule = {"mix": "x1 + x2 <= 4"}
+    text = "mix: x1 + x2 <= 4"
+    for names in ({"f1": "cost", "g1": "load"}, {}, {"g3": "mixture"}):
+        table = investigate(get_problem("bnh"), 4, requirements=rule, names=names)
+        assert table.schema.constraints == (names.get("g1", "g1"), "g2", names.get("g3", text))

@@ -15,6 +15,7 @@ import numpy as np
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     Array,
+    Columns,
     Designs,
     Entries,
     Mask,
@@ -86,7 +87,9 @@ class Model:
         self.space = design_space(self.problem, log=log)
         for variable in self.space.variables:  # options that no table holds are refused here
             cells_of_kind(variable.title, variable.options, Kind.CHOICE)
-        columns = options.names, options.maximize, options.units
+        if options.names is not None and self.has_requirements:
+            names = self.problem.rule_names | names
+        columns = None if options.names is None else names, options.maximize, options.units
         schema = problem_schema(self.problem, self.space, *columns)
         self.default_limits = known_limits(self.problem, schema)
         constraints = schema.of_role("inequality")  # a table has the limits instead
@@ -210,17 +213,44 @@ class Model:
         violations = self.violations(self.designs(columns))
         return dict(zip(names, violations.T, strict=True))
 
-    def completed(self, columns: Entries) -> dict[str, Array]:
-        """Return columns of stored tests that follow from others, or from files that are kept.
+    def revised(self, columns: Columns) -> tuple[Mask, Columns]:
+        """Return what becomes of stored tests under the requirements and expressions of now.
 
         Args:
             columns: The columns of the tests by name.
+
+        Returns:
+            ``(n,)`` which of them never ran, for a requirement that holds no longer, and are to be
+            made; and columns that follow from others, or from files that are kept.
         """
-        completed = self.requirement_columns(columns)
+        has_run = self._have_run(columns)
+        is_allowed = np.ones(len(has_run), dtype=bool)
+        revised = self.requirement_columns(columns)
+        for amounts in revised.values():
+            is_allowed &= amounts <= 0
         if self.program is not None:
             options = with_options(columns, self.schema.variables, self.schema.kinds)
-            completed |= self.program.completed(options)
-        return completed
+            unknown = np.full(len(has_run), np.nan)
+            for name, cells in self.program.completed(options).items():
+                revised[name] = np.where(has_run, cells, columns.get(name, unknown))
+        return is_allowed & ~has_run, revised
+
+    def _have_run(self, columns: Columns) -> Mask:
+        """``(n,)`` whether the model ran for stored tests: a requirement may have been violated.
+
+        If so, the objectives of that time are infinite, and the model's own constraints are 0.
+        """
+        names = [*self.schema.objectives]
+        if self.program is not None:  # what is an output now may have been an objective
+            names += self.program.outputs
+        unknown = np.full(len(columns["status"]), np.nan)
+        values = np.array([columns.get(name, unknown) for name in names])
+        has_run: Mask = np.isfinite(values).any(axis=0) | ~np.isinf(values).any(axis=0)
+        has_run |= columns["status"] != "infeasible"
+        own_inequalities = self.schema.of_role("inequality")[: self.n_ieq_constr]
+        for name in (*own_inequalities, *self.schema.of_role("equality")):
+            has_run |= columns.get(name, unknown) != 0
+        return has_run
 
     @property
     def program(self) -> Any:

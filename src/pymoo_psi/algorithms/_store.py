@@ -30,7 +30,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import PsiError, StudyAccessError
-from pymoo_psi.files import stored_tests, table_with, tests_that_ran
+from pymoo_psi.files import stored_tests, table_with, with_remark_on_lacks
 from pymoo_psi.problems import layers, problem_identity, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
@@ -171,7 +171,7 @@ class StudyStore(Store):
         head = _head_of_run(self.empty, model)
         share = options.part if options.part.of > 1 else None
         identity = _identity_of_run(head, points, model)
-        facts, run = self.study.begin(head, identity, share, model.completed)
+        facts, run = self.study.begin(head, identity, share, model.revised)
         model.awaited.difference_update(facts.head["outputs"])
         self.run = run.number
         self._planned = run.planned
@@ -258,7 +258,7 @@ class StudyStore(Store):
             if name not in promised and cells.dtype != object:  # texts are notes
                 outputs.append(name)
         schema = schema.with_columns(*(Column(name, OUTPUT) for name in outputs))
-        return tests_that_ran(table_with(schema, columns), columns, self._model.formulation)
+        return with_remark_on_lacks(table_with(schema, columns), columns, self._model.formulation)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
         """Store tests, and what each of them took; return how many are new or replaced."""

@@ -19,5 +19,5 @@ from ._tests import designs_head as designs_head
 from ._tests import stored_tests as stored_tests
 from ._tests import table_of as table_of
 from ._tests import table_with as table_with
-from ._tests import tests_that_ran as tests_that_ran
+from ._tests import with_remark_on_lacks as with_remark_on_lacks
 from ._texts import cells_of_text as cells_of_text

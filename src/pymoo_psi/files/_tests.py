@@ -278,51 +278,34 @@ def stored_tests(facts: Any, columns: Columns) -> TestTable:
                 head["notes"].append(name)
                 columns = columns | {name: choice_texts(columns[name])}
     table = table_of({**head, "problem": problem or None}, columns)
-    table = tests_that_ran(table, columns, table.formulation)
+    table = with_remark_on_lacks(table, columns, table.formulation)
     steered = [f"Steered {request}." for request in facts.requests]
     return replace(table, remarks=(*table.remarks, *steered))
 
 
-def tests_that_ran(table: TestTable, columns: Columns, formulation: Formulation) -> TestTable:
-    """Return tests of a study without designs that never ran, for requirements of another time.
-
-    A remark names the values that older tests lack.
+def with_remark_on_lacks(table: TestTable, columns: Columns, formulation: Formulation) -> TestTable:
+    """Return tests of a study with a remark if some are older than an output and lack its values.
 
     Args:
         table: The tests.
         columns: Their columns in the study.
         formulation: What is asked of them; objectives, and columns that have limits, are needed.
     """
-    schema = table.schema
-    is_rejected = columns["status"] != "failed"
-    for name in (*schema.objectives, *schema.outputs):
-        is_rejected &= ~np.isfinite(table.column(name))
-    if is_rejected.any():
-        table = table.take(~(is_rejected & table.under(limits={}).failed()))
-    return replace(table, remarks=_lacking(columns, (*schema.objectives, *formulation.allowed)))
-
-
-def _lacking(columns: Columns, names: Names) -> tuple[str, ...]:
-    """Return a remark on tests of a study that are older than an output and lack its values.
-
-    Args:
-        columns: The columns of the tests.
-        names: The objectives, and the columns that have limits.
-    """
     was_ok = columns["status"] == "ok"
     unknown = np.full(len(was_ok), np.nan)
     counts = []
-    for name in names:
+    for name in (*table.schema.objectives, *formulation.allowed):
         cells = columns.get(name, unknown)[was_ok]
         n_unknown = int((cells != cells).sum())  # NaN
         if n_unknown:
             counts.append(f"{name} in {counted(n_unknown, 'test')}")
     if not counts:
-        return ()
-    return (
+        return table
+    remark = (
         f"Values are missing, {' and '.join(counts)}: the model did not return them then; "
-        "--retry incomplete runs these tests again.",
+        "--retry incomplete runs these tests again."
     )
+    return replace(table, remarks=(remark,))
 
 
 def tests_of_folder(path: Path) -> TestTable:

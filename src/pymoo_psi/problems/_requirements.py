@@ -180,6 +180,7 @@ class Required(WrappedProblem):
 
     Attributes:
         required: The requirements.
+        rule_names: The names of their columns, by the default names.
         n_not_run: How many designs were not evaluated because they violate one.
 
     Raises:
@@ -214,7 +215,8 @@ class Required(WrappedProblem):
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements: None = None  # they are constraints here
         texts = [requirement.text for requirement in self.required]
-        self.names = column_titles(problem) | numbered("g", texts, first=n + 1)
+        self.rule_names = numbered("g", texts, first=n + 1)
+        self.names = column_titles(problem) | self.rule_names
         equalities = [*self._space.equalities]
         for requirement in self.required:
             if requirement.sign == "=":

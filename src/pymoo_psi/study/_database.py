@@ -21,7 +21,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind, keys_of_designs
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Columns, Head, Integers, Received, Values, invalid
+from pymoo_psi._validation import Columns, Head, Integers, Mask, Received, Values, invalid
 from pymoo_psi.study._facts import (
     ALL,
     NOT_VALUES,
@@ -248,22 +248,26 @@ class Database:
     # The head
 
     def replace_head(
-        self, head: Head, completed: Callable[[Columns], Columns] | None = None
+        self, head: Head, revised: Callable[[Columns], tuple[Mask, Columns]] | None = None
     ) -> None:
-        """Replace the head of the study by that of a run; no test is lost.
+        """Replace the head of the study by that of a run; no test that was made is lost.
 
         Stored columns that the new head lacks become outputs.
 
         Args:
             head: The new head.
-            completed: Returns values of stored tests that follow from others under it.
+            revised: Returns which of stored tests are to be made anew under it, and values of them
+                that follow from others.
         """
         stored = self.head
         self._set_head(beside(head, stored))
         tests = self.tests()
-        columns = {}
-        if completed is not None:
-            columns = completed(tests)
+        columns: Columns = {}
+        if revised is not None:
+            is_unmade, columns = revised(tests)
+            unmade = [(test,) for test in tests["test"][is_unmade].tolist()]
+            self.db.executemany("UPDATE plan SET test = NULL WHERE test = ?", unmade)
+            self.db.executemany("DELETE FROM tests WHERE test = ?", unmade)
         if columns:
             self.widen(columns)
             cells = self._cells(columns)

@@ -49,6 +49,7 @@ from pymoo_psi._validation import (
     FilePath,
     Head,
     Integers,
+    Mask,
     Values,
     identity_text,
     invalid,
@@ -134,7 +135,7 @@ class Study:
         head: Head,
         identity: Head | None = None,
         share: tuple[int, int] | None = None,
-        completed: Callable[[Columns], Columns] | None = None,
+        revised: Callable[[Columns], tuple[Mask, Columns]] | None = None,
     ) -> tuple[Facts, StudyRun]:
         """Begin a run, or continue the one with the same identity; create the file if needed.
 
@@ -147,7 +148,8 @@ class Study:
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
-            completed: Returns the values of stored tests that follow from others under a new head.
+            revised: Returns which of stored tests are to be made anew under a new head, and values
+                of them that follow from others.
 
         Returns:
             The facts, and the run.
@@ -175,7 +177,7 @@ class Study:
         if run is not None and json.dumps(whole) == json.dumps(stored.head):
             return stored, run
         with self.changes() as database:
-            database.replace_head(head, completed)
+            database.replace_head(head, revised)
             run = database.facts.run_with(identity) or database.add_run(identity)
             return database.facts, run
 

@@ -281,7 +281,12 @@ class View:
         reasons = dict(self.failures)
         for row in np.flatnonzero(self.failed() & ~self._have_failed).tolist():
             name = self.schema.objectives[int(np.argmin(np.isfinite(self.F[row])))]
-            reasons[int(self.numbers[row])] = f"{name} is {self._columns[name][row]}"
+            reason = f"{name} is {self._columns[name][row]}"
+            # constraints that the formulation leaves out, such as requirements
+            broken = [c for c in self.evaluated.of_role(INEQUALITY) if self.data[c][row] > 0]
+            if broken and np.isinf(self._columns[name][row]):
+                reason += f", as the design violates {' and '.join(broken)}"
+            reasons[int(self.numbers[row])] = reason
         return reasons
 
     @cached_property
