@@ -24,6 +24,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
+from pymoo_psi.algorithms import RunOptions, import_tests
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -299,3 +300,13 @@ def test_names_of_a_user_leave_those_of_requirements():
     for names in ({"f1": "cost", "g1": "load"}, {}, {"g3": "mixture"}):
         table = investigate(get_problem("bnh"), 4, requirements=rule, names=names)
         assert table.schema.constraints == (names.get("g1", "g1"), "g2", names.get("g3", text))
+
+
+def test_designs_that_did_not_run_elsewhere_are_no_tests(tmp_path):
+    table = investigate(get_problem("bnh"), 16, requirements=["x1 + x2 <= 4"])
+    table.to_csv(tmp_path / "bnh.csv")
+    for source, name in ((table, "a.db"), (tmp_path / "bnh.csv", "b.db")):
+        options = RunOptions(study=tmp_path / name)
+        imported = import_tests(get_problem("bnh"), source, options)
+        assert len(imported) == np.isfinite(table.F).all(axis=1).sum() < 16
+        assert not investigate(get_problem("bnh"), 16, study=tmp_path / name).reasons

@@ -84,6 +84,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     table = _table_of(model, source)
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
+    is_unmade = model.unmade(results | {"status": tested.status})
     if not model.noisy:
         _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
@@ -92,7 +93,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
-    tests = store.table(results, "test")
+    tests = store.table(results, "test").take(~is_unmade)
     if model.noisy:
         n_new = _keep_new(store, model, tests, remarks)
         n_completed = 0

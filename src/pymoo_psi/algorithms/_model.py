@@ -220,20 +220,28 @@ class Model:
             columns: The columns of the tests by name.
 
         Returns:
-            ``(n,)`` which of them never ran, for a requirement that holds no longer, and are to be
-            made; and columns that follow from others, or from files that are kept.
+            ``(n,)`` which of them are unmade; and columns that follow from others, or from files
+            that are kept.
         """
         has_run = self._have_run(columns)
-        is_allowed = np.ones(len(has_run), dtype=bool)
         revised = self.requirement_columns(columns)
-        for amounts in revised.values():
-            is_allowed &= amounts <= 0
         if self.program is not None:
             options = with_options(columns, self.schema.variables, self.schema.kinds)
             unknown = np.full(len(has_run), np.nan)
             for name, cells in self.program.completed(options).items():
                 revised[name] = np.where(has_run, cells, columns.get(name, unknown))
-        return is_allowed & ~has_run, revised
+        return self.unmade(columns), revised
+
+    def unmade(self, columns: Columns) -> Mask:
+        """``(n,)`` which tests never ran, for a requirement that holds no longer.
+
+        Args:
+            columns: The columns of the tests by name, with the status that they had.
+        """
+        is_unmade = ~self._have_run(columns)
+        for amounts in self.requirement_columns(columns).values():
+            is_unmade &= amounts <= 0
+        return is_unmade
 
     def _have_run(self, columns: Columns) -> Mask:
         """``(n,)`` whether the model ran for stored tests: a requirement may have been violated.
