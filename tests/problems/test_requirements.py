@@ -310,3 +310,13 @@ def test_designs_that_did_not_run_elsewhere_are_no_tests(tmp_path):
         imported = import_tests(get_problem("bnh"), source, options)
         assert len(imported) == np.isfinite(table.F).all(axis=1).sum() < 16
         assert not investigate(get_problem("bnh"), 16, study=tmp_path / name).reasons
+
+
+def test_runs_under_other_requirements_may_be_at_work_together(study_file):
+    problem = get_problem("bnh")
+    bounded = Recorded(Required(problem, ["x1 + x2 <= 4"]), study_file)
+    whole = Recorded(problem, study_file)
+    X = np.array([[3.0, 3.0], [1.0, 1.0]])
+    assert np.isinf(bounded.evaluate(X)[0][0]).all()
+    np.testing.assert_array_equal(whole.evaluate(X)[0], problem.evaluate(X)[0])
+    assert (bounded.evaluate(X)[1][0] > 0).any()

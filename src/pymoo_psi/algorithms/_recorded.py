@@ -247,6 +247,8 @@ class Recorded(WithTable, WrappedProblem):
         with store.study.reading() as database:
             numbers = database.find(keys)
             columns = database.tests_with(numbers)
+        columns = store.made(columns)
+        numbers[~np.isin(numbers, columns["test"])] = 0
         tests = store.table(columns, TEST)
         if retries:
             retried = {*tests.numbers[store.are_retried(tests, columns)].tolist()}

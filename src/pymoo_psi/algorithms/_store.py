@@ -210,8 +210,21 @@ class StudyStore(Store):
         """Return the tests of test points ``first`` to ``last`` without those to be retried."""
         with self.study.reading() as database:
             columns = database.tests_of_run(self.run, first, last)
+        columns = self.made(columns)
         tests = self.table(columns, POINT)
         return tests.take(~self.are_retried(tests, columns))
+
+    def made(self, columns: Columns) -> Columns:
+        """Return columns of stored tests without unmade ones, which are removed from the study.
+
+        A run at work under other requirements may have added them after this one has begun.
+        """
+        is_unmade = self._model.unmade(columns)
+        if not is_unmade.any():
+            return columns
+        with self.study.changes() as database:
+            database.remove(columns["test"][is_unmade])
+        return {name: cells[~is_unmade] for name, cells in columns.items()}
 
     def are_retried(self, tests: TestTable, columns: Columns) -> Mask:
         """``(n,)`` which of the tests of stored columns are to be evaluated once more.

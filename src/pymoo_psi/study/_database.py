@@ -265,9 +265,7 @@ class Database:
         columns: Columns = {}
         if revised is not None:
             is_unmade, columns = revised(tests)
-            unmade = [(test,) for test in tests["test"][is_unmade].tolist()]
-            self.db.executemany("UPDATE plan SET test = NULL WHERE test = ?", unmade)
-            self.db.executemany("DELETE FROM tests WHERE test = ?", unmade)
+            self.remove(tests["test"][is_unmade])
         if columns:
             self.widen(columns)
             cells = self._cells(columns)
@@ -275,6 +273,12 @@ class Database:
             rows = zip(*cells.values(), tests["test"].tolist(), strict=True)
             self.db.executemany(f"UPDATE tests SET {changes} WHERE test = ?", rows)
             self.log("study", completed=[*columns])
+
+    def remove(self, numbers: Integers) -> None:
+        """Remove tests by their numbers; the points that have them are to be tested."""
+        rows = [(test,) for test in numbers.tolist()]
+        self.db.executemany("UPDATE plan SET test = NULL WHERE test = ?", rows)
+        self.db.executemany("DELETE FROM tests WHERE test = ?", rows)
 
     def _set_head(self, head: Head) -> None:
         """Store a head; the table of tests gets the columns that it lacks."""
