@@ -276,9 +276,10 @@ class Database:
 
     def remove(self, numbers: Integers) -> None:
         """Remove tests by their numbers; the points that have them are to be tested."""
-        rows = [(test,) for test in numbers.tolist()]
-        self.db.executemany("UPDATE plan SET test = NULL WHERE test = ?", rows)
-        self.db.executemany("DELETE FROM tests WHERE test = ?", rows)
+        removed = "WHERE test IN (SELECT value FROM json_each(?))"
+        texts = (json.dumps(numbers.tolist()),)
+        self.db.execute(f"UPDATE plan SET test = NULL {removed}", texts)
+        self.db.execute(f"DELETE FROM tests {removed}", texts)
 
     def _set_head(self, head: Head) -> None:
         """Store a head; the table of tests gets the columns that it lacks."""
