@@ -8,8 +8,6 @@ from importlib.metadata import metadata, requires
 
 import pytest
 
-from tests.helpers.folders import write_files
-
 HEAVY = ("click", "matplotlib", "pymoo", "numpy", "pandas")
 
 
@@ -47,7 +45,8 @@ def reported(tmp_path_factory):
         "follow_imports = skip\nfollow_imports_for_stubs = True\n"
     )
     files = {"names.py": "\n".join(names), "words.py": "\n".join(words), "mypy.ini": rules}
-    write_files(folder, files)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "mypy", "names.py", "words.py"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     assert not done.stderr

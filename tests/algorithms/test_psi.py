@@ -302,7 +302,6 @@ def test_mistakes(run, options, message):
         ),
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "keyword argument 'n_jobs'; give .* elementwise_runner=Jobli"),
-        (lambda: PSI(8, study="s.db", study_key=5), "study_key must be of type str, got int"),
         (lambda: minimize(CHUTE, PSI(8, study="")), "study must be the name of a file, got ''"),
         (lambda: minimize(CHUTE, PSI(8, study=5)), "study must be the name of a file, got 5"),
         (lambda: Recorded(CHUTE, None), "study must be the name of a file, got None"),

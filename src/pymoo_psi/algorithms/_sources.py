@@ -127,8 +127,6 @@ class RunOptions:
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)
-        if self.study_key is not None:
-            instance("study_key", self.study_key, str)
         if self.more and self.study is None:
             raise invalid(
                 "more", "used with a study, which says what the run has", Received("none")

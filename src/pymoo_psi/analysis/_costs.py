@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _MOST_LIMITS = 3  # that a sentence names
 # The name of a constraint that limits one term: "mass <= 4", not "1 <= mass <= 4" or "1 <= mass".
-_CONSTRAINT = re.compile(r"(?![\d.+-])([^<>=]+?)\s*(<=|>=)\s*([^<>=]+)")
+_CONSTRAINT = re.compile(r"(?!\s*[\d.+-][\d.eE+-]*\s*[<>])([^<>=]+?)\s*(<=|>=)\s*([^<>=]+)")
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")

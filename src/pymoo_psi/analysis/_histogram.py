@@ -90,7 +90,7 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         values=values,
         tested=np.histogram(places, edges)[0],
         feasible=np.histogram(inside, edges)[0],
-        pareto=np.histogram(places[table.pareto()], edges)[0],
+        pareto=np.histogram(places[table.pareto()[table.ranked_as]], edges)[0],
         outside=(int((inside < edges[0]).sum()), int((inside > edges[-1]).sum())),
         logarithmic=kind is Kind.LOG,
     )

@@ -99,9 +99,10 @@ _SUM = re.compile(
 _STATISTIC = re.compile(
     r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
     r"|(?:min|max)(?:imum)?|(?:std|standard)[. -]*(?:dev(?:iation)?)?|stdev|standardabweichung"
-    r"|stabw|écart[- ]type|σ)\W*",
+    r"|stabw|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
     re.IGNORECASE,
 )
+_FEWEST_FOR_MEAN = 3  # designs below a row that holds their mean
 _STATISTICS = (np.mean, np.median, np.min, np.max, np.std, partial(np.std, ddof=1))
 
 
@@ -613,9 +614,16 @@ def _computed_rows(
             if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 yield name, row
     names = [str(name)[:_LONGEST] for name in texts.get(naming, ())]
-    designs = np.array([_STATISTIC.fullmatch(name) is None for name in names], dtype=bool)
-    for row in np.flatnonzero(~designs).tolist():
-        # A design may be called max or standard, too.
+    counts = Counter(names)
+    named = np.array([counts[n] == 1 and bool(_STATISTIC.fullmatch(n)) for n in names], dtype=bool)
+    # Statistics stand above or below all designs, which may be called max or standard, too.
+    above = np.logical_and.accumulate(named)
+    below = np.logical_and.accumulate(named[::-1])[::-1]
+    designs = ~(above | below)
+    for row in np.flatnonzero(above | below).tolist():
+        # Of two designs evenly around it, a third one that is called average may be the first.
+        if above[row] and designs.sum() < _FEWEST_FOR_MEAN:
+            continue
         if any(_holds(statistic, numbers, row, designs) for statistic in _STATISTICS):
             yield naming, row
 
@@ -626,16 +634,21 @@ def _holds(
     """Say whether a row holds a statistic of designs, in all columns in which it has a number."""
     is_any = False
     for numbers in columns:
-        value = numbers[row]
+        value = float(numbers[row])
         finite = numbers[designs & np.isfinite(numbers)]
-        if np.isfinite(value):
-            # It may be rounded to the digits that are written.
-            unit = 10.0 ** int(Decimal(f"{value:.15g}").as_tuple().exponent)
+        if math.isfinite(value):
+            # It, or the values of which it is one, may be rounded to the digits that are written.
+            unit = max(map(_unit, [value, *finite.tolist()]))
             with np.errstate(all="ignore"):
-                if len(finite) < 2 or not abs(statistic(finite) - value) <= 0.5 * unit:
+                if len(finite) < 2 or not abs(statistic(finite) - value) <= unit / 2:
                     return False
             is_any = True
     return is_any
+
+
+def _unit(value: float) -> float:
+    """Return the unit of the last digit of a number as it is written; 1 of whole numbers."""
+    return 10.0 ** min(int(Decimal(f"{value:.15g}").as_tuple().exponent), 0)
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:

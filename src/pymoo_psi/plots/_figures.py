@@ -224,7 +224,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     groups = [
         (len(table), "in all", bars.tested, _ALL),
         (feasible.sum(), within_limits(table).strip() or "not failed", bars.feasible, _WITHIN),
-        (table.pareto().sum(), PARETO, bars.pareto, _OPTIMAL),
+        (table.pareto()[table.ranked_as].sum(), PARETO, bars.pareto, _OPTIMAL),
     ]
     is_variable = bars.variable in table.schema.variables
     if bars.logarithmic:

@@ -6,12 +6,10 @@ import hashlib
 import inspect
 import os
 import re
-import sys
 import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import compress
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -574,6 +572,8 @@ def own_parameters(problem: Any, others: list[str]) -> tuple[Values, Values]:
         The parameters; and the arguments that have their default values, by their paths among the
         parameters, which do not include them.
     """
+    while isinstance(problem, WrappedProblem) and not hasattr(type(problem), "fingerprint"):
+        problem = problem.wrapped  # whose fingerprint the wrapper seems to have
     fingerprint = getattr(problem, "fingerprint", None)
     if not callable(fingerprint):
         return _own_constants(layers(problem)[-1], others)
@@ -603,7 +603,7 @@ def _own_constants(model: Any, others: list[str]) -> tuple[Values, Values]:
             default_constant = _constant_of(model, default, [])
         if constant is _UNKNOWN:
             continue
-        if constant == default_constant:
+        if constant is default_constant or constant == default_constant:  # NaN is not equal
             defaults[name] = default_constant  # 1 is kept as 1.0 if that is the default
         else:
             parameters[name] = constant
@@ -727,12 +727,9 @@ def _code(value: Any) -> Any:
     if "<" in name or getattr(value, "__closure__", None):
         return value
     if isinstance(value, ModuleType):
-        module = value.__name__
-    else:
-        module = getattr(value, "__module__", None) or "builtins"
-    if module == "__main__":  # a script has the same functions if another one imports it
-        module = Path(getattr(sys.modules[module], "__file__", module)).stem
-    return f"{module.rpartition('.')[2]}.{name}".rstrip(".")
+        return value.__name__.rpartition(".")[2]
+    # Without the module, which is another one for a script, a worker process, or who imports it.
+    return name
 
 
 def _variables(problem: Any) -> Iterator[Variable]:
