@@ -15,7 +15,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.problems.functional import FunctionalProblem
 
-from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
+from pymoo_psi import FailureTolerant, Restricted, Robust, compare, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
 from tests.helpers.folders import write_files
@@ -237,7 +237,13 @@ def beam(**defaults):
     return Beam
 
 
-@pytest.mark.parametrize("wrap", [lambda problem: problem, lambda problem: Weighed(problem, 2.0)])
+def robust(problem):
+    """Within a wrapper without a fingerprint of its own."""
+    inner = Robust(problem, tolerances={"x1": 0.1}, n_scenarios=2)
+    return Restricted(inner, [[0.1, 0.0], [0.9, 1.0]])
+
+
+@pytest.mark.parametrize("wrap", [lambda problem: problem, lambda p: Weighed(p, 2.0), robust])
 def test_an_edited_default_is_another_model(study_file, wrap):
     """Its value counts, given or not; an argument that only one class has counts if it differs."""
     table = investigate(wrap(beam(load=1.0)()), 4, study=study_file)
@@ -263,6 +269,13 @@ def test_an_edited_default_is_another_model(study_file, wrap):
         problem = wrap(kind(**given))
         refused(said, investigate, problem, 4, study=study_file, error=StudyMismatchError)
         refused("of one problem", table.merge, investigate(problem, 4))
+
+
+def test_a_comparison_goes_on_with_an_argument_that_is_added(tmp_path):
+    options = {"n_evaluations": 8, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
+    compare(beam(load=1.0)(), **options)
+    assert len(compare(beam(load=1.0, loss=0.5)(), **options).runs) == 1
+    refused("another problem", compare, beam(load=2.0)(), error=StudyMismatchError, **options)
 
 
 class Weighed(WrappedProblem):

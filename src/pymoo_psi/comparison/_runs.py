@@ -51,9 +51,11 @@ from pymoo_psi._validation import (
     Array,
     Designs,
     Entries,
+    Head,
     Values,
     collection,
     counted,
+    identity_facts,
     invalid,
     known_name,
     wrong_type,
@@ -369,18 +371,25 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    expected = json.dumps(_head(TestTable.empty(_schema(problem)), problem), sort_keys=True)
+    expected = _head(TestTable.empty(_schema(problem)), problem)
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
         head = dict(facts.head)
         run = head.pop("run", None)
-        if run is None or json.dumps(head, sort_keys=True) != expected:
+        if run is None or _facts(head, expected) != _facts(expected, head):
             raise StudyMismatchError(
                 f"{path} is not a run on this problem, but on another problem, or with other "
                 "bounds or constants; give another folder"
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
         yield _result(task, table_of(head, columns), **run)
+
+
+def _facts(head: Head, other: Head) -> tuple[str, dict[str, str]]:
+    """Return what identifies the problem of a run, as far as another head is compared with it."""
+    columns = {name: value for name, value in head.items() if name != "problem"}
+    facts = identity_facts(head.get("problem") or {}, other.get("problem") or {})
+    return json.dumps(columns, sort_keys=True), facts
 
 
 def _schema(problem: Any) -> Schema:
