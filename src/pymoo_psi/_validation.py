@@ -197,7 +197,8 @@ def identity_facts(identity: Head, other: Head) -> dict[str, str]:
     arguments = _arguments(identity)
     other_arguments = _arguments(other)
     may_be_renamed = arguments - other_arguments and other_arguments - arguments
-    facts = flat({name: value for name, value in identity.items() if name != "defaults"})
+    others = ("defaults", "inequalities")  # how many; the columns themselves are compared
+    facts = flat({name: value for name, value in identity.items() if name not in others})
     for name, value in _defaults(identity).items():
         if name in other_arguments or may_be_renamed:
             facts |= flat({f"parameters.{name}": value})

@@ -25,6 +25,7 @@ from pymoo_psi import (
     nsga3,
 )
 from pymoo_psi.algorithms import RunOptions, import_tests
+from pymoo_psi.files import write_table
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -320,3 +321,14 @@ def test_runs_under_other_requirements_may_be_at_work_together(study_file):
     assert np.isinf(bounded.evaluate(X)[0][0]).all()
     np.testing.assert_array_equal(whole.evaluate(X)[0], problem.evaluate(X)[0])
     assert (bounded.evaluate(X)[1][0] > 0).any()
+
+
+@pytest.mark.parametrize("rules", [{"mix": "x1 + x2 <= 4"}, {"mix": "x1 + x2 <= 5"}, {}])
+def test_an_exported_study_goes_on_under_any_requirements(tmp_path, rules):
+    bnh = get_problem("bnh")
+    table = investigate(bnh, 16, requirements={"mix": "x1 + x2 <= 4"}, study=tmp_path / "a.db")
+    write_table(table, tmp_path / "b.db")
+    again = investigate(bnh, 32, requirements=rules, study=tmp_path / "b.db")
+    expected = investigate(bnh, 32, requirements=rules)
+    assert again.feasible().sum() == expected.feasible().sum()
+    assert {*map(tuple, again.X[again.pareto()])} == {*map(tuple, expected.X[expected.pareto()])}

@@ -77,7 +77,7 @@ class _Laboratory:
         head = database.facts.head
         self.head = head
         expressions = head.get("expressions", {})
-        constraints = head["inequalities"][: head.get("model_inequalities", 0)]
+        constraints = head["inequalities"][: head["problem"].get("inequalities", 0)]
         names = dict.fromkeys(
             [*head["objectives"], *constraints, *head["equalities"], *expressions]
         )

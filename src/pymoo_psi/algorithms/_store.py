@@ -395,7 +395,7 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
     """Return what a study says of its model, and how its tests are asked."""
     problem = dict(table.problem or {})
     del problem["sampling"]  # it belongs to the run
-    head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
+    head = head_of(table) | {"problem": problem}
     if model.default_limits:
         head["limits"] = {name: limit.plain for name, limit in model.default_limits.items()}
     if model.has_requirements:
@@ -451,6 +451,8 @@ def _table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]
             )
         if model.program is not None:  # it completes stored tests by other expressions
             identity.pop("expressions", None)
+        # The constraints of the model; requirements, which may change, follow them.
+        identity["inequalities"] = model.n_ieq_constr
         text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
     except PsiError:
         # Shares must be of the same points, whether they are stored or not.

@@ -230,8 +230,7 @@ def _model(head: Head, other: Head) -> dict[str, str]:
     kinds = [kind.replace("log", "real") for kind in head["kinds"]]
     model = {"variables": head["variables"], "kinds": kinds}
     if "objectives" in problem:  # how many; those of a program have names of their own
-        # Requirements, which may change, follow the constraints of the model.
-        n_constraints = head.get("model_inequalities")
+        n_constraints = problem.get("inequalities")
         model |= {
             "objectives": head["objectives"],
             "maximize": head.get("maximize", []),
