@@ -77,7 +77,7 @@ def test_a_chosen_design_is_marked(chute):
 def test_repeated_tests_of_an_optimal_design_are_not_dominated():
     F = [[1, 3], [2, 2], [1, 3], [3, 3], [2, 2]]
     table = TestTable.of(range(1, 6), [[1], [2], [1], [3], [2]], F)
-    assert "5 designs: 4 not dominated, 1 dominated." in plot_objectives(table).caption
+    assert "5 tests: 4 not dominated, 1 dominated." in plot_objectives(table).caption
 
 
 def test_a_marked_design_hides_none_of_its_neighbours():

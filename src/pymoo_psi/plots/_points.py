@@ -242,7 +242,8 @@ class Points:
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
         n_failed = int(np.sum(table.status == "failed"))
-        text = counted(len(table), "design")
+        noun = table.schema.words["row"] if table.repeats.any() else "design"
+        text = counted(len(table), noun)
         if n_failed:
             text += f", {n_failed} {table.schema.words['failed']}"
         if not self.columns:
