@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,7 +19,6 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo_psi import FailureTolerant, Restricted, Robust, compare, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
-from tests.helpers.folders import write_files
 from tests.helpers.parts import parts
 from tests.helpers.refusals import refused, warned
 
@@ -84,7 +84,7 @@ class Heir(Model):
 def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     """What counts evaluations, or is a path, is not."""
     study, given = tmp_path / "model.db", {"k": 2, "data": range(1000)}
-    for title in ("runs/one.csv", "runs/other.csv", str(tmp_path), tmp_path):
+    for title in (Path("runs/one.csv"), tmp_path):
         investigate(FailureTolerant(Heir(title=title, **given)), 4, study=study)
     assert study.stat().st_size < 100_000
     refused(ANOTHER, investigate, Heir(**given | changed), 4, error=StudyMismatchError, study=study)
@@ -104,17 +104,12 @@ class Mesh:
 
 def test_objects_that_a_study_does_not_compare_are_named(study_file):
     """They may change while it runs."""
-    for mesh in ([Mesh(1)], {"mesh": Mesh(2), "self": None}):
+    circle = []
+    circle.append(circle)
+    for mesh in ([Mesh(1)], {"mesh": Mesh(2), "self": None}, circle, {(0, 1): 2.0}):
         assert len(warned(UNKNOWN, investigate, Model(title=mesh), 4, study=study_file)) == 4
         study_file.unlink()
     investigate(Model(title=Mesh(1)), 4)  # without a study there is nothing to compare
-
-
-def nested(E):
-    """A mapping that has itself."""
-    constants = {"E": E}
-    constants["again"] = constants
-    return Model(weights=constants)
 
 
 @pytest.mark.parametrize(
@@ -125,77 +120,12 @@ def nested(E):
         lambda E: Model(weights=range(int(E))),
         lambda E: Model(weights=[None, E]),
         lambda E: Model(weights=pd.Series([E, 2.0])),
-        nested,
-        lambda E: Model(weights=mesh(60, E)),
     ],
 )
 def test_constants_in_objects_belong_to_a_study(study_file, made):
-    """Each of 60 nodes that hold each other is compared once, not each of the ways through them."""
     for _ in range(2):
         investigate(made(1.0), 4, study=study_file)
     refused(ANOTHER, investigate, made(210.0), 4, error=StudyMismatchError, study=study_file)
-
-
-@dataclass
-class Node:
-    """A node of a mesh, which knows the others."""
-
-    x: float
-    others: list
-
-
-def mesh(n, x):
-    nodes = [Node(float(k), []) for k in range(n)]
-    nodes[-1].x = x
-    for node in nodes:
-        node.others = [other for other in nodes if other is not node]
-    return nodes
-
-
-def test_a_long_chain_of_objects_is_named(study_file):
-    chain = []
-    for _ in range(5000):
-        chain = [chain]
-    warned(UNKNOWN, investigate, Model(title=chain), 4, study=study_file)
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        *("res/log.csv", "meshes/b.msh", "a b/c.h5", "a/b.tar.gz", "a\\b.inp"),
-        *("/data", "/data/mesh", "./mesh", "../mesh", "~/mesh", "~me/mesh", "C:/mesh", "c:\\mesh"),
-        *(".\\mesh", "\\\\host\\mesh", "meshes/", "meshes\\"),
-    ],
-)
-@pytest.mark.parametrize("title_of", [str, lambda path: [path, 1]])
-def test_paths_are_not_compared(study_file, path, title_of):
-    table = investigate(Model(title=title_of("/other")), 4, study=study_file)
-    assert investigate(Model(title=title_of(path)), 4, study=study_file).equals(table)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        *(
-            "N/mm2",
-            "kN/mm2",
-            "m/s",
-            "1/min",
-            "1/2.5",
-            "W/m.K",
-            "W/(m.K)",
-            "kg/m.s2",
-            "N/2.5mm",
-            "J/kg.K",
-        ),
-        *("and/or", "steel", "b.msh", "~5", "C:", r"\frac{N}{mm}", "3.5 kN/mm2", "a/.b"),
-    ],
-)
-def test_other_texts_are_compared_whatever_is_on_the_disk(in_folder, text):
-    table = investigate(Model(title=text), 4, study="study.db")
-    write_files("", {text: ""})
-    assert investigate(Model(title=text), 4, study="study.db").equals(table)
-    refused(ANOTHER, investigate, Model(), 4, study="study.db")
 
 
 def test_arrays_belong_to_a_study(study_file):

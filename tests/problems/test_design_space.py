@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Integer, Real
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Real
 
-from pymoo_psi import LPTauSampling, Recorded, investigate
+from pymoo_psi import LPTauSampling, investigate
 from pymoo_psi.problems import design_space
-from tests.helpers.refusals import warned
+from tests.helpers.refusals import refused, warned
 
 
 @pytest.mark.parametrize("n", [1, 7, 13, 49])
@@ -37,22 +37,6 @@ def test_integers_with_names_are_no_places_in_a_permutation():
     assert len(LPTauSampling()(problem, 4)) == 4
 
 
-def test_designs_have_the_keys_of_the_problem(study_file):
-    """Which may be other than texts; columns are texts."""
-    seen = []
-
-    class Keyed(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            seen.append([*x])
-            out["F"] = [x[0], x[1, "b"]]
-
-    variables = {0: Real(bounds=(0, 1)), (1, "b"): Integer(bounds=(0, 3))}
-    problem = Keyed(vars=variables, n_obj=2)
-    table = investigate(problem, 8)
-    assert table.schema.variables == ("0", "(1, 'b')")
-    np.testing.assert_array_equal(table.F, table.X)
-    recorded = Recorded(problem, study_file)
-    for _ in range(2):
-        F = recorded.evaluate(LPTauSampling()(recorded, 8).get("X"))
-        np.testing.assert_array_equal(F, table.F)
-    assert seen == [[*variables]] * 16
+def test_names_of_variables_are_texts():
+    problem = Problem(vars={0: Real(bounds=(0, 1))}, n_obj=1)
+    refused("must be of type str, got int", investigate, problem, 4, error=TypeError)

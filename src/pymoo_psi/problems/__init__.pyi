@@ -17,13 +17,13 @@ from ._design_space import DesignSpace as DesignSpace
 from ._design_space import Variable as Variable
 from ._design_space import design_space as design_space
 from ._design_space import is_permutation as is_permutation
-from ._design_space import problem_identity as problem_identity
-from ._design_space import problem_schema as problem_schema
 from ._design_space import require_no_permutation as require_no_permutation
 from ._evaluation import CheckedFunction as CheckedFunction
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import streams as streams
+from ._model import problem_identity as problem_identity
+from ._model import problem_schema as problem_schema
 from ._program import ProgramRun as ProgramRun
 from ._program import known_limits as known_limits
 from ._pymoo import NO_OUTPUTS as NO_OUTPUTS

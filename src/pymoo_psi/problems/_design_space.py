@@ -1,56 +1,26 @@
-"""The design space of a pymoo problem, the columns of its tests, and its identity."""
+"""The design space of a pymoo problem: its variables, and the designs at points."""
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import os
-import re
 import warnings
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import compress
-from types import ModuleType
 from typing import Any
 
 import numpy as np
-from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import DTYPES, Kind, matrix_of, option_text
-from pymoo_psi._validation import (
-    AnyArray,
-    Array,
-    Mask,
-    Received,
-    Values,
-    invalid,
-    known_names,
-    mapping,
-    name_list,
-    wrong_type,
-)
-from pymoo_psi.parallel import Runner
+from pymoo_psi._validation import AnyArray, Array, Mask, Received, invalid, known_names, wrong_type
 from pymoo_psi.problems._equalities import Polytope, polytope
-from pymoo_psi.problems._pymoo import problem_name
-from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
-from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
+from pymoo_psi.problems._pymoo import column_titles, numbered, problem_name
+from pymoo_psi.problems._wrapped import layers
 
-_LONGEST = 1000  # characters of a constant of a model that a study shows
 _PERMUTATIONS = {"TravelingSalesman", "FlowshopScheduling"}  # pymoo's, whatever their bounds
 _LEAST_PERMUTED = 4  # fewer integers have such bounds by chance
-_UNKNOWN = object()  # what a study does not compare, such as paths
 _LEAST = np.finfo(np.float64).tiny  # stands for 0 and negative values on a logarithmic scale
 _TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # types that a vector may have
-# A text that looks like a path, whatever is on the disk: /data, ./a, ~/a, C:\a, meshes/ or a/b.msh.
-# Units are none: a suffix of one letter, or of such a letter with a power, may be a factor, as in
-# W/m.K and kg/m.s2.
-_PATH = re.compile(
-    r"""(?:/ | \\\\ | \.{1,2}[/\\] | ~[^/\\]*[/\\] | [a-z]:[/\\]) .*  # its beginning,
-    | .*[/\\]  # its end,
-    | .*[/\\][^/\\]+\.(?![mska]\d\Z)[a-z]\w+  # or its suffix""",
-    re.ASCII | re.DOTALL | re.IGNORECASE | re.VERBOSE,
-)
 
 
 @dataclass(frozen=True)
@@ -65,7 +35,6 @@ class Variable:
         options: The options of a choice.
         fixed: Whether it has one value; a design as the problem takes it does not include it.
         title: The problem's own name for it.
-        key: Its key in a design that is a mapping; anything that has the name as its text.
     """
 
     name: str
@@ -75,7 +44,6 @@ class Variable:
     options: tuple[Any, ...] = ()
     fixed: bool = False
     title: str = ""
-    key: Any = None
 
     def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
@@ -271,8 +239,8 @@ class DesignSpace:
             matrix = matrix[:, free]
         if not self.named:
             return matrix
-        keys = [variable.key for variable in self.free.variables]
-        designs = (dict(zip(keys, row, strict=True)) for row in matrix.tolist())
+        names = self.free.variable_names
+        designs = (dict(zip(names, row, strict=True)) for row in matrix.tolist())
         return np.fromiter(designs, object)
 
     def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
@@ -284,7 +252,7 @@ class DesignSpace:
                 column = variable.values(np.zeros(len(designs)))
             elif self.named:
                 # fromiter: options may be sequences themselves
-                column = np.fromiter((design[variable.key] for design in designs), object)
+                column = np.fromiter((design[variable.name] for design in designs), object)
             else:
                 column = next(vectors)
             columns.append(column)
@@ -423,315 +391,6 @@ def _may_be_permutation(problem: Any) -> bool:
     return np.ptp(lower) == 0 and bool(np.all(upper - lower == problem.n_var - 1))
 
 
-def column_titles(problem: Any) -> dict[str, str]:
-    """Return the problem's own names for columns, by their default names.
-
-    They are in its attribute ``names``, a mapping; a method or text has another purpose.
-
-    Raises:
-        ArgumentTypeError: The names are in a list, which does not say of which columns.
-    """
-    titles = getattr(problem, "names", None)
-    if isinstance(titles, (list, tuple)):
-        mapping("the attribute names of a problem", titles, "f1, x1, … to names")
-    if not isinstance(titles, Mapping):
-        return {}
-    return {str(name): str(title) for name, title in titles.items()}
-
-
-def column_units(problem: Any) -> dict[str, str]:
-    """Return the units in a problem's attribute, by its own names for columns."""
-    titles = column_titles(problem)
-    units = unit_texts(getattr(problem, "units", None) or {})
-    return {titles.get(name, name): unit for name, unit in units.items()}
-
-
-def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:
-    """Return titles of columns by the default names of these, a letter and a number."""
-    return {f"{letter}{j}": title for j, title in enumerate(titles, first)}
-
-
-def problem_schema(
-    problem: Any,
-    space: DesignSpace,
-    names: Mapping[str, str] | None = None,
-    maximize: Collection[str] | None = None,
-    units: Mapping[str, str] | None = None,
-) -> Schema:
-    """Return the columns of a problem's tests, under the user's names.
-
-    Args:
-        problem: A pymoo problem, which may have attributes ``names``, ``maximize`` and ``units``.
-        space: Its variables.
-        names: The user's names of columns by their default names, instead of the attribute.
-        maximize: The objectives that ``out["F"]`` has with the opposite sign, by the user's names;
-            they include those of the attribute, unless ``names`` are given.
-        units: Units by the user's names, instead of the attribute; also for further outputs.
-
-    Raises:
-        ArgumentValueError: There is no such column, or two would have the same name.
-        ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
-    """
-    titles = column_titles(problem)
-    new_names = titles if names is None else names
-    renamed = dict(new_names)  # by the default names, and by the problem's own
-    for name, title in titles.items():
-        renamed[title] = new_names.get(name, name)
-    stated = name_list("maximize", getattr(problem, "maximize", None) or ())
-    own_maximize = [renamed.get(title, title) for title in stated]
-    if maximize is None:
-        maximize = own_maximize
-    name_list("maximize", maximize)
-    if maximize and names is None and not {*own_maximize} <= {*maximize}:
-        raise invalid(
-            "maximize",
-            f"a list that includes the problem's own, {', '.join(own_maximize)}",
-            maximize,
-            "or change the problem's attribute",
-        )
-    if units is None:
-        own_units = column_units(problem).items()
-        units = {renamed.get(title, title): unit for title, unit in own_units}
-
-    schema = _default_schema(problem, space)
-    known_names("names", new_names, schema.names)
-    schema = schema.changed(name=new_names)
-    # A further output with a unit is promised by that.
-    outputs = [Column(name, OUTPUT) for name in unit_texts(units) if name not in schema.names]
-    schema = schema.with_columns(*outputs).with_units(units)
-    known_names("maximize", maximize, (*schema.objectives, *schema.outputs))
-    return schema.changed(maximize=dict.fromkeys(maximize, True))
-
-
-def _default_schema(problem: Any, space: DesignSpace) -> Schema:
-    """Return the columns of a problem's tests under default names."""
-    kinds = [variable.kind for variable in space.variables]
-    unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
-    return Schema.of(
-        space.variable_names,
-        problem.n_obj,
-        problem.n_ieq_constr,
-        problem.n_eq_constr,
-        lower=np.where(unbounded, np.nan, space.lower),
-        upper=np.where(unbounded, np.nan, space.upper),
-        kinds=kinds,
-    )
-
-
-def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
-    """Return what identifies the model of a problem for a study, as plain values.
-
-    The names and kinds of the variables belong to it as well; bounds, requirements, names of
-    objectives and limits do not, so that all of these may be changed.
-
-    The name is not enough, as a model has constants. So numbers and texts that the problem was made
-    with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
-    wrapper with such a method, that of the wrapped problem, too. Wrappers that have other columns,
-    or other values in them, are named by their classes. Two identities are compared by
-    :func:`identity_facts`.
-
-    Args:
-        problem: The problem.
-        others: As for :func:`own_parameters`.
-    """
-    parameters, defaults = own_parameters(problem, [] if others is None else others)
-    model = within_same_columns(problem)
-    choices = {}
-    for variable in design_space(model, log=()).variables:
-        if variable.kind is Kind.CHOICE:
-            choices[variable.title] = [*map(option_text, variable.options)]
-    expressions = getattr(problem, "known_expressions", {}).items()
-    identity: Values = {
-        "problem": problem_name(problem),
-        "choices": choices,
-        "parameters": parameters,
-        "defaults": defaults,
-        "wrappers": [type(p).__name__ for p in layers(problem)[:-1] if not p.same_columns],
-        "expressions": {name: known.text for name, known in expressions},
-        "logarithms": [*getattr(problem, "logarithms", ())],
-    }
-    if not getattr(model, "has_named_outputs", False):
-        # int, as JSON has no NumPy integers, which OpenMDAO's problems have
-        identity["objectives"] = int(model.n_obj)
-    return identity
-
-
-def own_parameters(problem: Any, others: list[str]) -> tuple[Values, Values]:
-    """Return what a problem's ``fingerprint()`` returns, or the constants that it was made with.
-
-    These are numbers, texts, arrays and names of functions and classes, also in lists, mappings and
-    data classes. They are the arguments of its classes that it keeps as attributes of the same
-    name, or with an underscore before it, except what pymoo's ``Problem`` takes and does not change
-    values. A text that looks like a path is left out: it says where something is, not what.
-
-    Args:
-        problem: The problem.
-        others: The names of arguments, to which those are added that hold other objects.
-
-    Returns:
-        The parameters; and the arguments that have their default values, by their paths among the
-        parameters, which do not include them.
-    """
-    while isinstance(problem, WrappedProblem) and not hasattr(type(problem), "fingerprint"):
-        problem = problem.wrapped  # whose fingerprint the wrapper seems to have
-    fingerprint = getattr(problem, "fingerprint", None)
-    if not callable(fingerprint):
-        return _own_constants(layers(problem)[-1], others)
-    parameters = dict(fingerprint())
-    defaults = {}
-    if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
-        parameters["wrapped"], defaults_within = own_parameters(problem.wrapped, others)
-        for name, value in defaults_within.items():
-            defaults[f"wrapped.{name}"] = value
-    return parameters, defaults
-
-
-def _own_constants(model: Any, others: list[str]) -> tuple[Values, Values]:
-    """Return the constants of a model that is no wrapper; see :func:`own_parameters`."""
-    parameters = {}
-    defaults = {}
-    for name, default in _arguments(type(model)).items():
-        kept = _kept(model, name, default)
-        if kept is inspect.Parameter.empty:
-            continue
-        objects: list[Any] = []
-        constant = _constant_of(model, kept, objects)
-        if objects:
-            others.append(name)
-        default_constant = constant
-        if kept is not default:
-            default_constant = _constant_of(model, default, [])
-        if constant is _UNKNOWN:
-            continue
-        if constant is default_constant or constant == default_constant:  # NaN is not equal
-            defaults[name] = default_constant  # 1 is kept as 1.0 if that is the default
-        else:
-            parameters[name] = constant
-    return parameters, defaults
-
-
-def _kept(model: Any, name: str, default: Any) -> Any:
-    """Return what a model keeps of an argument, no method of the same name; or its default."""
-    for attribute in (name, f"_{name}"):
-        value = getattr(model, attribute, _UNKNOWN)
-        if value is not _UNKNOWN and getattr(value, "__self__", None) is not model:
-            return value
-    return default
-
-
-def _arguments(kind: type) -> Values:
-    """Return the default values of the arguments of a problem's classes.
-
-    Of pymoo's own arguments there is only the one that changes values.
-    """
-    defaults = {}
-    for base in reversed(kind.__mro__):
-        if issubclass(base, Problem):
-            for name, argument in inspect.signature(base).parameters.items():
-                defaults[name] = argument.default
-    for name in {*inspect.signature(Problem).parameters} - {"replace_nan_values_by"}:
-        del defaults[name]
-    return defaults
-
-
-def _constant_of(model: Any, value: Any, objects: list[Any]) -> Any:
-    """Return a constant of a model, which may hold the model itself; see :func:`_constant`."""
-    try:
-        return _constant(value, {id(model): (model, _UNKNOWN)}, objects)
-    except RecursionError:  # a long chain of objects, of which each holds the next one
-        objects.append(value)
-        return _UNKNOWN
-
-
-def _constant(value: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:
-    """Return a constant as numbers, texts, lists and mappings, or a hash; or ``_UNKNOWN``.
-
-    Args:
-        value: The constant.
-        described: By their ids, the objects that were met before, each with its description. While
-            one is being described, it stands for itself by its number: objects may hold each other.
-        objects: Objects of other kinds, to which those in it are added; they may change.
-    """
-    plain = _plain(value)
-    if plain is None or plain is _UNKNOWN or isinstance(plain, (bool, int, float)):
-        return plain
-    if isinstance(plain, str):
-        return _shortened(plain)
-    if id(value) not in described:
-        described[id(value)] = value, f"object {len(described)}"
-        described[id(value)] = value, _contents(plain, described, objects)
-    return described[id(value)][1]
-
-
-def _contents(plain: Any, described: dict[int, tuple[Any, Any]], objects: list[Any]) -> Any:
-    """Return the constants in a list or a mapping; see :func:`_constant`."""
-    if isinstance(plain, Mapping):
-        items = plain.items()
-    elif isinstance(plain, list):
-        items = dict(enumerate(plain)).items()
-    else:
-        objects.append(plain)
-        return _UNKNOWN
-    constants = {}
-    for name, item in items:
-        constant = _constant(item, described, objects)
-        if constant is not _UNKNOWN:
-            constants[str(name)] = constant
-    if isinstance(plain, Mapping):
-        return _shortened(dict(sorted(constants.items())))
-    if plain and not constants:
-        return _UNKNOWN
-    return _shortened([*constants.values()])
-
-
-def _shortened(constant: Any) -> Any:
-    """Return a constant, or the hash of one that is too long for a study to show."""
-    text = repr(constant)
-    if len(text) <= _LONGEST:
-        return constant
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as one of Python's own types, if it stands for one.
-
-    Paths and runners are ``_UNKNOWN``.
-    """
-    if isinstance(value, (os.PathLike, Runner)):
-        return _UNKNOWN
-    if isinstance(value, (type, ModuleType)) or inspect.isroutine(value):
-        return _code(value)
-    if isinstance(value, str) and _PATH.fullmatch(value):
-        return _UNKNOWN
-    if hasattr(value, "to_numpy"):  # of pandas and polars
-        value = value.to_numpy()
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    if isinstance(value, (tuple, range)):
-        return [*value]
-    if is_dataclass(value):
-        return {field.name: getattr(value, field.name) for field in fields(value)}
-    return value
-
-
-def _code(value: Any) -> Any:
-    """Return the name of a function, class or module; that of a method is beside its object.
-
-    A lambda, what was defined within a function, and a function that holds values of another one
-    are returned as they are: others of the same name may do something else.
-    """
-    name = getattr(value, "__qualname__", "")
-    owner = getattr(value, "__self__", None)
-    if owner is not None and not isinstance(owner, ModuleType):
-        return [name, owner]
-    if "<" in name or getattr(value, "__closure__", None):
-        return value
-    if isinstance(value, ModuleType):
-        return value.__name__.rpartition(".")[2]
-    # Without the module, which is another one for a script, a worker process, or who imports it.
-    return name
-
-
 def _variables(problem: Any) -> Iterator[Variable]:
     """Yield the variables of a problem, as x1, x2, … those of a vector, checked."""
     variables = getattr(problem, "vars", None)
@@ -743,8 +402,7 @@ def _variables(problem: Any) -> Iterator[Variable]:
         for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
             variables[f"x{j}"] = _TYPES[problem.vtype](bounds=bounds)
     for name, variable in variables.items():
-        checked = _variable(str(name), f"{name} of {problem_name(problem)}", variable)
-        yield replace(checked, key=name)
+        yield _variable(name, f"{name} of {problem_name(problem)}", variable)
 
 
 def _variable(name: str, where: str, variable: Any) -> Variable:

@@ -38,8 +38,7 @@ from pymoo_psi._validation import (
     known_names,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.problems._design_space import numbered
-from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
+from pymoo_psi.problems._pymoo import OF_A_MODEL, numbered, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.problems._settings import (
     Output,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import inspect
 import warnings
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -16,8 +16,9 @@ from pymoo.core.individual import Individual
 from pymoo.core.problem import Problem
 
 from pymoo_psi._modules import require_unchanged
-from pymoo_psi._validation import Entries, Values, invalid, wrong_type
+from pymoo_psi._validation import Entries, Values, invalid, mapping, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.table import unit_texts
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
 OF_A_MODEL = (
@@ -96,6 +97,34 @@ def problem_name(problem: Any) -> str:
     if callable(name):
         name = name()
     return str(name or type(problem).__name__)
+
+
+def column_titles(problem: Any) -> dict[str, str]:
+    """Return the problem's own names for columns, by their default names.
+
+    They are in its attribute ``names``, a mapping; a method or text has another purpose.
+
+    Raises:
+        ArgumentTypeError: The names are in a list, which does not say of which columns.
+    """
+    titles = getattr(problem, "names", None)
+    if isinstance(titles, (list, tuple)):
+        mapping("the attribute names of a problem", titles, "f1, x1, … to names")
+    if not isinstance(titles, Mapping):
+        return {}
+    return {str(name): str(title) for name, title in titles.items()}
+
+
+def column_units(problem: Any) -> dict[str, str]:
+    """Return the units in a problem's attribute, by its own names for columns."""
+    titles = column_titles(problem)
+    units = unit_texts(getattr(problem, "units", None) or {})
+    return {titles.get(name, name): unit for name, unit in units.items()}
+
+
+def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:
+    """Return titles of columns by the default names of these, a letter and a number."""
+    return {f"{letter}{j}": title for j, title in enumerate(titles, first)}
 
 
 def for_individuals(out: Entries) -> Values:

@@ -21,8 +21,8 @@ from pymoo_psi._validation import (
     known_names,
     wrong_type,
 )
-from pymoo_psi.problems._design_space import column_titles, design_space, numbered
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._pymoo import column_titles, numbered, require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 
 _SIGN = re.compile(r"(<=|>=|=)(?=[^`]*(?:`[^`]*`[^`]*)*\Z)")  # not in a name in backquotes

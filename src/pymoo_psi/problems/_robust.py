@@ -26,14 +26,10 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import (
-    DesignSpace,
-    design_space,
-    numbered,
-    problem_schema,
-)
+from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import problem_name, require_problem
+from pymoo_psi.problems._model import problem_schema
+from pymoo_psi.problems._pymoo import numbered, problem_name, require_problem
 from pymoo_psi.problems._requirements import requirement_texts, with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem, untolerant
 from pymoo_psi.sequences import lp_tau

@@ -23,14 +23,8 @@ from pymoo_psi._validation import (
     real_array,
     require_shape,
 )
-from pymoo_psi.problems._design_space import (
-    DesignSpace,
-    Variable,
-    column_titles,
-    column_units,
-    design_space,
-)
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
+from pymoo_psi.problems._pymoo import column_titles, column_units, require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
 
