@@ -8,7 +8,7 @@ to the simplex.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Any
 
@@ -24,9 +24,7 @@ from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 _N_WEIGHTS = 8192  # a power of 2, so that they are evenly distributed
 _MANY = 10_000  # designs above which there are fewer weights
 _N_WEIGHTS_OF_MANY = 2048
-_CELL = 512  # designs that are not worth being divided
-_MOST_CELLS = 1024
-_ROUNDING = 1e-12  # more than the error of sums of a few products, in units of the sum
+_BLOCK = 300_000  # products that are computed at once, so that the cache of a core holds them
 _P_MOST = 32  # the exponent from which on powers of distances would underflow
 CHEBYSHEV_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
 _MOST_BLOCKS = 256  # so many weights of the simplex are tried for each one within a factor
@@ -209,46 +207,26 @@ def _on_simplex(cube: Array) -> Array:
 def nearest_designs(designs: Array, weights: Array, p: float, places: int) -> Integers:
     """Return ``(k, places)`` the nearest design for each weight, the second nearest, ….
 
-    Designs are put into cells. No design of a cell is nearer than its lower corner, so that for
-    most weights only a few cells are searched.
-
     Args:
         designs: ``(n, m)`` different terms from 0 to 1, before they are weighted.
         weights: ``(k, m)`` weights.
         p: Order of the norm.
         places: How many places; at most n are returned.
     """
-    places = min(places, len(designs))
     weights = weights / weights.max(axis=1)[:, None]
     if not np.isinf(p):
         weights = weights**p
         designs = designs**p  # no root is taken, as it changes no order
     terms = np.ascontiguousarray(designs.T)
-    entries = []
-    for cell, near in _near_cells(terms, weights, p, places):
-        distances = weighted_distances(terms.take(cell, axis=1), weights.take(near, axis=0), p)
-        for _ in range(min(places, len(cell))):
-            best = distances.argmin(axis=1)
-            at_best = np.arange(len(near)), best
-            entries.append((near, distances[at_best], cell[best]))
-            distances[at_best] = np.inf
-    weight, distance, design = map(np.concatenate, zip(*entries, strict=True))
-    order = np.lexsort((distance, weight))
-    starts = np.searchsorted(weight[order], np.arange(len(weights)))
-    return np.asarray(design[order[starts[:, None] + np.arange(places)]])
-
-
-def _near_cells(terms: Array, weights: Array, p: float, places: int) -> Iterator[tuple[Rows, Rows]]:
-    """Yield cells of designs, and for which weights one of the first places may be in it."""
-    cells = _cells(terms)
-    corners = np.column_stack([terms.take(cell, axis=1).min(axis=1) for cell in cells])
-    # A few designs from all over the set bound the distance of the last place from above.
-    some = np.union1d([cell[0] for cell in cells], np.arange(places))
-    distances = weighted_distances(terms.take(some, axis=1), weights, p)
-    farthest = np.partition(distances, places - 1)[:, places - 1] * (1 + _ROUNDING)
-    is_near = farthest >= weighted_distances(corners, weights, p).T
-    for cell, is_near_cell in zip(cells, np.ascontiguousarray(is_near), strict=True):
-        yield cell, np.flatnonzero(is_near_cell)
+    nearest = []
+    for block in np.array_split(weights, weights.size * len(designs) // _BLOCK + 1):
+        distances = weighted_distances(terms, block, p)
+        best = []
+        for _ in range(min(places, len(designs))):
+            best.append(distances.argmin(axis=1))
+            distances[np.arange(len(block)), best[-1]] = np.inf
+        nearest.append(np.column_stack(best))
+    return np.concatenate(nearest)
 
 
 def weighted_distances(terms: Array, weights: Array, p: float) -> Array:
@@ -265,23 +243,3 @@ def weighted_distances(terms: Array, weights: Array, p: float) -> Array:
     for weight, term in zip(weights.T, terms, strict=True):
         np.maximum(distances, weight[:, None] * term, out=distances)
     return distances + CHEBYSHEV_SUM * weights @ terms
-
-
-def _cells(terms: Array) -> list[Rows]:
-    """Return the designs in cells of similar size: halved by the objectives in turn.
-
-    Args:
-        terms: ``(m, n)`` terms of n designs.
-    """
-    cells = [np.arange(terms.shape[1])]
-    level = 0
-    while len(cells[0]) > _CELL and len(cells) < _MOST_CELLS:
-        term = terms[level % len(terms)]
-        halves = []
-        for cell in cells:
-            middle = len(cell) // 2
-            order = cell[term[cell].argpartition(middle)]
-            halves += [order[:middle], order[middle:]]
-        cells = halves
-        level += 1
-    return cells

@@ -7,30 +7,25 @@ neither make a design Pareto optimal nor decide a rank.
 
 from __future__ import annotations
 
-import operator
-import os
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._numbers import NumberFormat
-from pymoo_psi._validation import AnyArray, Array, Mask, Rows, objective_matrix, real_array
+from pymoo_psi._validation import Array, Mask, Rows, objective_matrix, real_array
 
 Levels = Rows
 
-# Rows of four objectives that are filtered in slabs, and these: on two cores it takes six tenths of
-# the time, on one core nine, if there are many rows. 8 slabs take 1.04 to 1.08 times as long, 4
-# take 1.3 to 1.7; 32 gain 4 % on the chute and lose 4 to 16 % on a simplex and a sphere.
+# Rows of four objectives that are filtered in slabs, and these: a chute of 2^20 tests takes a third
+# of the time, a simplex two thirds.
 _WORTH_SLABS = 100_000
 _SLABS = 20
 _READ = 1000  # designs; of more, nobody compares all
 _PAIRS = 1_000_000  # that are compared at once: a few megabytes
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
-_LARGE = 5_000  # rows from which on threads, and a sort in two steps, are worth it
+_LARGE = 5_000  # rows from which on a sort in two steps is worth it
 _COMPARED = 1000  # designs by which it is judged which objectives conflict
 _BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
@@ -127,7 +122,7 @@ def dominated_by(F: Array, others: Array) -> Mask:
     return np.concatenate(masks)
 
 
-def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberFormat]:
+def enough_digits(F: Array, formats: list[NumberFormat]) -> list[NumberFormat]:
     """Return formats with one more digit if a design looks dominated as its objectives are written.
 
     Args:
@@ -135,10 +130,10 @@ def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberForma
         formats: ``(m,)`` how the objectives are written.
     """
     if len(F) > _READ:
-        return list(formats)
+        return formats
     columns = [one.rounded(column) for one, column in zip(formats, F.T, strict=True)]
     if nondominated(np.column_stack(columns)).all():
-        return list(formats)
+        return formats
     longer = []
     for one, column, written in zip(formats, F.T, columns, strict=True):
         n_more = len(np.unique(written)) < len(np.unique(column))
@@ -147,19 +142,10 @@ def enough_digits(F: Array, formats: Sequence[NumberFormat]) -> list[NumberForma
 
 
 def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
-    """Return moocore's mask of ``(n, m)`` rows, m >= 2, equal rows kept together or once.
-
-    moocore (0.3) first sorts by one column: sorted rows save it an eighth to a half of the time.
-    """
+    """Return moocore's mask of ``(n, m)`` rows, m >= 2, equal rows kept together or once."""
     import moocore  # here, as the import takes some 20 ms
 
-    column = F[:, -1]
-    if F.shape[1] > 3:
-        column = F[:, 0]
-    order = order_of(column)
-    mask = np.empty(len(F), dtype=bool)
-    mask[order] = moocore.is_nondominated(F.take(order, axis=0), keep_weakly=keep_weakly)
-    return mask
+    return np.asarray(moocore.is_nondominated(F, keep_weakly=keep_weakly))
 
 
 def _nondominated_in_slabs(F: Array) -> Mask:
@@ -167,37 +153,22 @@ def _nondominated_in_slabs(F: Array) -> Mask:
 
     Rows are sorted by it and cut, with equal values together. What dominates a row is in its slab
     or in one before, where all rows are better in the first objective. Of these the front of the
-    other three is enough. Slabs are filtered in threads, as moocore lets go of the interpreter's
-    lock; the first objective, of which they have little, is the last there.
+    other three is enough.
     """
     order = order_of(F[:, 0])
     F = F.take(order, axis=0)
-    # Whole numbers in the place of the first objective: there is always one below.
-    first = np.append(0.0, np.cumsum(F[1:, 0] > F[:-1, 0]))
-    starts = np.searchsorted(first, first[:: -(-len(F) // _SLABS)])
-    slabs = np.split(np.column_stack([F[:, 1:], first]), np.unique(starts)[1:])
-    before = [np.zeros((0, 3))]
-    for front in in_threads(_front, [slab[:, :3] for slab in slabs]):
-        before.append(_front(np.vstack([before[-1], front])))
+    # Whole numbers in the place of the first objective: 0 is below all.
+    first = np.cumsum(np.append(True, F[1:, 0] > F[:-1, 0]))
+    starts = np.unique(np.searchsorted(first, first[:: -(-len(F) // _SLABS)]))
+    before = np.zeros((0, 4))
+    masks = []
+    for slab in np.split(np.column_stack([F[:, 1:], first]), starts[1:]):
+        masks.append(_filtered(np.vstack([before, slab]))[len(before) :])
+        better = np.vstack([before, slab[masks[-1]]])[:, :3]
+        before = np.insert(better[_filtered(better, keep_weakly=False)], 3, 0, axis=1)
     mask = np.empty(len(F), dtype=bool)
-    mask[order] = np.concatenate(in_threads(_nondominated_in_slab, slabs, before))
+    mask[order] = np.concatenate(masks)
     return mask
-
-
-def _front(F: Array) -> Array:
-    """Return the different rows of ``(n, 3)`` objectives that no other dominates."""
-    return F[_filtered(F, keep_weakly=False)]
-
-
-def _nondominated_in_slab(slab: Array, before: Array) -> Mask:
-    """Mark the rows of a slab that neither its rows dominate nor those of slabs before.
-
-    Args:
-        slab: ``(n, 4)`` rows, the objective that is cut last.
-        before: ``(k, 3)`` the front of the slabs before, without that objective.
-    """
-    better = np.insert(before, 3, slab[0, 3] - 1, axis=1)
-    return _filtered(np.vstack([better, slab]))[len(better) :]
 
 
 def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:
@@ -269,13 +240,9 @@ def without_rounding(F: Array) -> Array:
             them by no more than its noise, ``NOISE`` times its size, become that least one.
 
     Returns:
-        ``(n, m)`` values in the same order in every column; ``F`` itself if nothing changes.
+        ``(n, m)`` values in the same order in every column.
     """
-    columns = [*np.ascontiguousarray(F.T)]
-    rounded = in_threads(_column_without_rounding, columns)
-    if all(map(operator.is_, rounded, columns)):
-        return F
-    return np.column_stack(rounded)
+    return np.column_stack([_column_without_rounding(column) for column in F.T])
 
 
 def _column_without_rounding(column: Array) -> Array:
@@ -286,23 +253,6 @@ def _column_without_rounding(column: Array) -> Array:
         return column
     least = ordered[starts]
     return least[np.searchsorted(least, column, side="right") - 1]
-
-
-def in_threads(function: Callable[..., AnyArray], *arguments: Sequence[Any]) -> list[Any]:
-    """Return a function's arrays for each of some arguments, of large ones in threads.
-
-    NumPy and moocore let go of the interpreter's lock meanwhile.
-
-    Args:
-        function: The function.
-        *arguments: As for ``map``; the first ones are arrays.
-    """
-    if len(arguments[0][0]) < _LARGE:
-        return [*map(function, *arguments)]
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return [*pool.map(function, *arguments)]
 
 
 def order_of(values: Array) -> Rows:

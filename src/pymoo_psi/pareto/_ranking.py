@@ -61,7 +61,6 @@ from pymoo_psi.pareto._dominance import (
     LAST_PLACES,
     NOISE,
     Levels,
-    in_threads,
     levels,
     nondominated,
     nondominated_pair,
@@ -673,9 +672,7 @@ def ranking_of(
     is_fixed = ideal is not None or nadir is not None
     frame = UtopianFrame(U, N, normalize, is_fixed=is_fixed)
     measured, units = frame.measured(F)
-    mu1, mu2, mu3 = in_threads(
-        levels, [*measured.take(front, axis=0).T], [*frame.noise(optimal, units)]
-    )
+    mu1, mu2, mu3 = map(levels, measured.take(front, axis=0).T, frame.noise(optimal, units))
     place = np.zeros(len(F), dtype=np.int64)
     counts = np.bincount(mu1)
     place[front] = 1 + (np.cumsum(counts) - counts)[mu1]
