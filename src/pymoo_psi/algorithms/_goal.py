@@ -225,6 +225,10 @@ class Observations:
     n_uniform: int
     pending: Array
 
+    def seen(self, goal: Goal) -> Array:
+        """Return the ``(n + p, e)`` tests and pending points as surrogates see them."""
+        return np.vstack([self.Z, goal.encode(self.pending)])
+
     @classmethod
     def of(cls, table: TestTable, goal: Goal, n_uniform: int, pending: Array) -> Observations:
         """Return the tests of a table under the formulation of a goal."""

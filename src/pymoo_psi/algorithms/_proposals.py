@@ -30,7 +30,7 @@ from scipy.special import ndtr
 from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Learned, bounded, evenly_spread, scaled
+from pymoo_psi.algorithms._surrogate_models import Learned, bounded, evenly_spread
 from pymoo_psi.pareto import nondominated, pareto_rank
 
 Random = np.random.Generator
@@ -108,9 +108,8 @@ def propose(
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    seen = np.vstack([tests.Z, goal.encode(tests.pending)])
     if learned is None:
-        return _distant_points(seen, batch, goal, random)
+        return _distant_points(tests.seen(goal), batch, goal, random)
 
     # In some rounds nothing is avoided, as failures may be random.
     is_risky = round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1
@@ -118,15 +117,16 @@ def propose(
         tests = replace(tests, has_failed=np.zeros_like(tests.has_failed))
     surrogates = _Surrogates(tests, goal, learned)
     candidates, front = _searched(surrogates, round_number, random)
+    seen = tests.seen(goal)
     count = (len(seen) + batch) // 2 - len(seen) // 2  # every second one, also of odd batches
-    proposals = _unsure_points(surrogates, count, random)
-    seen = np.vstack([seen, goal.encode(proposals)])
-    n_missing = batch - len(proposals)
-    selected = _selected(candidates, front, surrogates.contraction, seen, n_missing)
-    proposals = np.vstack([proposals, candidates.points[selected]])
+    unsure = _unsure_points(surrogates, count, random)
+    seen = np.vstack([seen, goal.encode(unsure)])
+    selected = _selected(candidates, front, surrogates.contraction, seen, batch - len(unsure))
+    chosen = candidates.points[selected]
+    proposals = np.vstack([unsure, chosen])
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
-        seen = np.vstack([seen, goal.encode(candidates.points[selected])])
+        seen = np.vstack([seen, goal.encode(chosen)])
         rest = _distant_points(seen, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
@@ -138,8 +138,7 @@ def _searched(
     """Return the designs that a search finds, and the scaled Pareto set of the tests."""
     goal = surrogates.goal
     points = _points_of_search(surrogates, round_number, random)
-    T, deviations, violation = surrogates.predicted(points)
-    promised = surrogates.optimistic(T, deviations)
+    _, _, promised, violation = surrogates.predicted(points)
     F = _front(surrogates)
     ranges = _ranges(F, promised, violation, goal)
     front = _scaled(F, ranges)
@@ -147,8 +146,7 @@ def _searched(
     if goal.is_directed and len(front) > 0 and len(points) > 0:
         compromises = _compromises(surrogates, points, front, ranges, random)
         points = np.vstack([points, compromises])
-        T, deviations, violation = surrogates.predicted(points)
-        promised = surrogates.optimistic(T, deviations)
+        T, deviations, promised, violation = surrogates.predicted(points)
         worth = surrogates.worth(T, deviations, front, ranges)
     F = _scaled(promised, ranges)
     return _Candidates(points, goal.encode(points), F, violation, worth), front
@@ -169,9 +167,9 @@ def _points_of_search(surrogates: _Surrogates, round_number: int, random: Random
 def _front(surrogates: _Surrogates) -> Array:
     """Return the objectives of the Pareto set of the tests; pending ones count as predicted."""
     tests = surrogates.tests
-    T, deviations, violation = surrogates.predicted(tests.pending)
-    pending_F = surrogates.optimistic(T, deviations)[violation <= 0]
-    F = np.vstack([tests.Y[tests.is_eligible, : surrogates.goal.n_obj], pending_F])
+    _, _, promised, violation = surrogates.predicted(tests.pending)
+    eligible = tests.Y[tests.is_eligible, : surrogates.goal.n_obj]
+    F = np.vstack([eligible, promised[violation <= 0]])
     return F[nondominated(F)]
 
 
@@ -182,7 +180,7 @@ def _compromises(
     goal = surrogates.goal
 
     def aim(points: Array) -> tuple[Array, Array]:
-        T, deviations, violation = surrogates.predicted(points)
+        T, deviations, _, violation = surrogates.predicted(points)
         worth = surrogates.worth(T, deviations, front, ranges)
         return -worth[:, None], violation[:, None]
 
@@ -210,9 +208,9 @@ class _Population(NamedTuple):
 
     @classmethod
     def of(cls, aim: Aim, points: Array, low: Array, high: Array) -> _Population:
-        """Return points as an aim values them; limits may be those of all children."""
-        shape = points.shape
-        return cls(points, np.broadcast_to(low, shape), np.broadcast_to(high, shape), *aim(points))
+        """Return points within limits, which may be those of all, as an aim values them."""
+        points, low, high = np.broadcast_arrays(np.clip(points, low, high), low, high)
+        return cls(points, low, high, *aim(points))
 
     def best(self, n: int, contraction: float) -> _Population:
         """Return the n best designs, the best first."""
@@ -286,9 +284,26 @@ class _Surrogates:
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what exceeds limits."""
         T, excess = self.expected(points)
-        risk = _failure_risk(self.goal.encode(points), self.tests, self.learned.failures)
-        columns = [excess, risk, self.goal.violations(points)]
+        columns = [excess, self.failure_risk(points), self.goal.violations(points)]
         return T[:, : self.goal.n_obj], np.column_stack(columns)
+
+    def failure_risk(self, points: Array) -> Array:
+        """Return ``(n,)`` by how much points are nearer to failed tests than to known ones."""
+        if not self.tests.has_failed.any():
+            return np.zeros(len(points))
+        from_known, from_failed = self.failure_distances(points)
+        return np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0)
+
+    def failure_distances(self, points: Array) -> tuple[Array, Array]:
+        """Return the ``(n,)`` distances of points from known tests, and those from failed ones."""
+        Z = self.in_units_of_failures(self.goal.encode(points))
+        tested = self.in_units_of_failures(self.tests.Z)
+        return _nearest(Z, tested[self.tests.is_known]), _nearest(Z, tested[self.tests.has_failed])
+
+    def in_units_of_failures(self, Z: Array) -> Array:
+        """Return ``(n, e)`` designs in units in which close ones fail alike, if these are known."""
+        kernel = self.learned.failures
+        return Z if kernel is None else kernel.scaled(Z)
 
     def expected(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, q)`` expected outputs on their scales, and what exceeds limits."""
@@ -303,22 +318,18 @@ class _Surrogates:
                 margins[:, j] = self.processes[j].deviation(Z)
         return T, goal.excess(T, self.learned, margins)
 
-    def predicted(self, points: Array) -> tuple[Array, Array, Array]:
+    def predicted(self, points: Array) -> tuple[Array, Array, Array, Array]:
         """Return what is expected of designs.
 
         Returns:
-            ``(n, m)`` objectives on their scales; ``(n, m)`` their standard deviations; and
-            ``(n,)`` the sums of what exceeds limits.
+            ``(n, m)`` objectives on their scales; ``(n, m)`` their standard deviations; ``(n, m)``
+            objectives, somewhat better than expected; and ``(n,)`` the sums of what exceeds limits.
         """
         T, excess = self.predict(points)
         Z = self.goal.encode(points)
         objectives = self.processes[: self.goal.n_obj]
         deviations = np.column_stack([process.deviation(Z) for process in objectives])
-        return T, deviations, _violation(excess)
-
-    def optimistic(self, T: Array, deviations: Array) -> Array:
-        """Return ``(n, m)`` objectives, somewhat better than expected."""
-        return self.learned.back(T - _OPTIMISM * deviations)
+        return T, deviations, self.learned.back(T - _OPTIMISM * deviations), _violation(excess)
 
     def worth(self, T: Array, deviations: Array, front: Array, ranges: Array) -> Array:
         """Return ``(n,)`` what tests are worth for the best compromise.
@@ -360,24 +371,23 @@ def _meets_requirements(points: Array, goal: Goal) -> Mask:
 def _distant_points(seen: Array, count: int, goal: Goal, random: Random) -> Array:
     """Return points far from all tests and from each other."""
     points = _random_points(count, goal, random)
-    Z = goal.encode(points)
-    return points[_farthest(Z, _nearest(Z, seen), count)]
+    return points[_farthest(goal.encode(points), seen, count)]
 
 
-def _farthest(Z: Array, distance: Array, count: int) -> list[int]:
-    """Return the rows of designs that are far from each other and from all tests.
+def _farthest(Z: Array, seen: Array, count: int) -> list[int]:
+    """Return the rows of at most ``count`` designs far from each other and from ``(t, e)`` tests.
 
     Args:
         Z: ``(n, e)`` the designs.
-        distance: ``(n,)`` their distances from tests.
+        seen: The tests.
         count: How many rows.
     """
-    chosen = []
-    for _ in range(count):
-        row = int(distance.argmax())
-        chosen.append(row)
-        distance = np.minimum(distance, _nearest(Z, Z[[row]]))
-    return chosen
+    distance = _nearest(Z, seen)
+    rows: list[int] = []
+    while len(rows) < min(count, len(Z)):
+        rows.append(int(distance.argmax()))
+        distance = np.minimum(distance, _nearest(Z, Z[rows[-1:]]))
+    return rows
 
 
 def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array:
@@ -394,22 +404,19 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     """
     tests = surrogates.tests
     goal = surrogates.goal
-    lengths = surrogates.learned.failures
     d = len(goal.low)
     few = min(int(tests.has_failed.sum()), _FEW_KNOWN_A_VARIABLE * d, _FEW_KNOWN)
-    if lengths is None or tests.is_known.sum() >= few:
+    if surrogates.learned.failures is None or tests.is_known.sum() >= few:
         return np.zeros((0, d))
     points: Array = random.uniform(goal.low, goal.high, (_UNSURE_DRAWS, d))
     points = points[_meets_requirements(points, goal)]
     _, excess = surrogates.expected(points)
     points = points[_violation(excess) <= 0]
-    distances = np.array(_distances(goal.encode(points), tests, lengths))
-    is_unsure = distances.min(axis=0) > _SAFE_DISTANCE_RATIO * distances.max(axis=0)
-    points = points[is_unsure]
-    Z = scaled(goal.encode(points), lengths)
-    pending = scaled(goal.encode(tests.pending), lengths)
-    distance = np.minimum(distances.min(axis=0)[is_unsure], _nearest(Z, pending))
-    return points[_farthest(Z, distance, min(count, len(points)))]
+    distances = np.sort(surrogates.failure_distances(points), axis=0)
+    points = points[distances[0] > _SAFE_DISTANCE_RATIO * distances[1]]
+    Z = surrogates.in_units_of_failures(goal.encode(points))
+    seen = surrogates.in_units_of_failures(tests.seen(goal))
+    return points[_farthest(Z, seen, count)]
 
 
 def _random_points(count: int, goal: Goal, random: Random) -> Array:
@@ -432,29 +439,6 @@ def _nearest(A: Array, B: Array) -> Array:
     return np.asarray(cdist(A, B).min(axis=1, initial=np.inf))
 
 
-def _failure_risk(Z: Array, tests: Observations, lengths: Array | None) -> Array:
-    """Return ``(k,)`` by how much designs are nearer to failed tests than to known ones.
-
-    Args:
-        Z: ``(k, e)`` the designs.
-        tests: The tests.
-        lengths: In units of which distances are measured, of each variable.
-    """
-    if not tests.has_failed.any():
-        return np.zeros(len(Z))
-    from_known, from_failed = _distances(Z, tests, lengths)
-    return np.minimum(from_known - _SAFE_DISTANCE_RATIO * from_failed, 1.0)
-
-
-def _distances(Z: Array, tests: Observations, lengths: Array | None) -> tuple[Array, Array]:
-    """Return the ``(k,)`` distances of designs from known tests, and those from failed ones."""
-    tested = tests.Z
-    if lengths is not None:
-        Z = scaled(Z, lengths)
-        tested = scaled(tested, lengths)
-    return _nearest(Z, tested[tests.is_known]), _nearest(Z, tested[tests.has_failed])
-
-
 def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
     """Return designs near the best tests; the search stays near these."""
     d = best.shape[1]
@@ -466,7 +450,7 @@ def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Populatio
     changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
     points = np.where(changed, centre + step, centre)
-    return _Population.of(aim, np.clip(points, low, high), low, high)
+    return _Population.of(aim, points, low, high)
 
 
 def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
@@ -477,7 +461,6 @@ def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Popul
     origin = best[random.integers(len(best), size=quarter)]
     step = random.normal(0, 0.1, (quarter, d))
     varied = np.where(changed, origin + step, origin)
-    varied = np.clip(varied, goal.low, goal.high)
     n_random = _POPULATION_SIZE - len(best) - quarter
     anywhere = random.uniform(goal.low, goal.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
@@ -519,9 +502,7 @@ def _children(parents: _Population, aim: Aim, random: Random) -> _Population:
     mutated = random.random((n, d)) < 1 / d
     step = width * random.normal(size=(n, d))
     children = np.where(mutated, children + step, children)
-    low = parents.low[a]
-    high = parents.high[a]
-    return _Population.of(aim, np.clip(children, low, high), low, high)
+    return _Population.of(aim, children, parents.low[a], parents.high[a])
 
 
 def _survivors(F: Array, excess: Array, size: int, contraction: float) -> Rows:

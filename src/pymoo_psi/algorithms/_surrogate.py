@@ -25,6 +25,7 @@ from pymoo_psi.algorithms._sources import AlgorithmSettings, Points, RunOptions,
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
+    Kernel,
     Learned,
     OutputFit,
     bounded,
@@ -36,7 +37,7 @@ from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Lengths are fitted again when there are this many times as many tests as at the last fit, as a fit
+# Kernels are fitted again when there are this many times as many tests as at the last fit, as a fit
 # takes as long as everything else in several rounds. Each fit is a function of the first tests
 # alone, so that a continued run does not depend on where it was interrupted.
 _GROWTH = 1.1
@@ -246,11 +247,11 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
     outputs = []
     for j, y in enumerate(Y.T):
         outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj))
-    return Learned(outputs, _lengths_of_failures(tests, n_fitted))
+    return Learned(outputs, _kernel_of_failures(tests, n_fitted))
 
 
-def _lengths_of_failures(tests: Observations, n_fitted: int) -> Array | None:
-    """Return lengths that are fitted to failures of the first tests; see :class:`Learned`."""
+def _kernel_of_failures(tests: Observations, n_fitted: int) -> Kernel | None:
+    """Return the kernel that is fitted to failures of the first tests; see :class:`Learned`."""
     rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
     rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
     has_failed = tests.has_failed[rows].astype(float)
@@ -259,7 +260,7 @@ def _lengths_of_failures(tests: Observations, n_fitted: int) -> Array | None:
     fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
     if fit.error >= _ERROR_OF_RANDOM_FAILURES:
         return None
-    return fit.lengths
+    return fit.kernel
 
 
 class SurrogateSource(Source):
@@ -308,7 +309,7 @@ class SurrogateSource(Source):
         # What the next round follows, and the number of the request for it.
         self._direction = (model.formulation, 0)
         self._learned: Learned | None = None
-        self._n_fitted = 0  # to how many of the first tests lengths are fitted
+        self._n_fitted = 0  # to how many of the first tests kernels are fitted
 
     @property
     def eager(self) -> bool:  # type: ignore[override]
@@ -444,7 +445,7 @@ class SurrogateSource(Source):
         return propose(tests, goal, self._learned, size, round_number, random)
 
     def _learn(self, tests: Observations, goal: Goal) -> None:
-        """Fit lengths again if there are enough new tests."""
+        """Fit kernels again if there are enough new tests."""
         n_tests = len(tests.numbers)
         n_fitted = tests.n_uniform
         for end in self._ends:

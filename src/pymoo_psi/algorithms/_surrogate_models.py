@@ -52,14 +52,14 @@ _MET = 0.02
 _HUGE = 1e100  # the squares of larger values overflow
 # Prior mean of the logarithm of a trend's share of the variance.
 _LOG_TREND = -2.0
-# Lengths are fitted to at most this many tests. The time grows with the third power (a second for
-# an output with 512), and more tests change lengths little.
+# Kernels are fitted to at most this many tests. The time grows with the third power (a second for
+# an output with 512), and more tests change them little.
 _MOST = 256
 _STEPS = 40  # L-BFGS-B makes at most so many
 _LEAST_VARIANCE = 1e-12
 _LEAST_RATE = 1e-4  # a bend of this rate moves values by 1e-5 of the width of a variable
 _NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
-_NOT_REGULAR = 1e10  # the loss for lengths whose covariance matrix is not positive definite
+_NOT_REGULAR = 1e10  # the loss for a kernel whose covariance matrix is not positive definite
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,8 @@ class Scale:
             scale they show a search where to go.
         mean: Mean of the values before they are standardised.
         deviation: Their standard deviation.
+        met: How far below 0 a constraint is taken to be where it is met, if it is the amount of a
+            violation; otherwise 0.
     """
 
     origin: float
@@ -88,6 +90,7 @@ class Scale:
     most: float = np.inf
     mean: float = 0.0
     deviation: float = 1.0
+    met: float = 0.0
 
     @classmethod
     def of(cls, y: Array, origin: float, unit: float, reciprocal: bool = False) -> Scale:
@@ -202,24 +205,21 @@ def without_penalties(F: Array, uniform: Array) -> Array:
 
 @dataclass(frozen=True)
 class OutputFit:
-    """The scale and the lengths of one output.
+    """The scale and the kernel of one output.
 
     Attributes:
         scale: The scale.
-        lengths: The lengths, as :func:`fit_lengths` returns them.
+        kernel: The kernel.
         error: Root mean square error of leave-one-out predictions, in standard deviations of the
             output.
         log_density: The sum of the log predictive densities of every value, given all others
             (Rasmussen and Williams, equation 5.10).
-        met: How far below 0 a constraint is taken to be where it is met, if it is the amount of a
-            violation; otherwise 0.
     """
 
     scale: Scale
-    lengths: Array
+    kernel: Kernel
     error: float
     log_density: float
-    met: float
 
     @classmethod
     def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
@@ -228,7 +228,6 @@ class OutputFit:
         The other arguments are those of :func:`scales`.
         """
         options = scales(y, uniform, constraint=constraint)
-        met = 0.0
         if constraint and y.max() > y.min() == 0:
             violations = uniform[uniform > 0]
             if len(violations) == 0:
@@ -236,34 +235,32 @@ class OutputFit:
             met = _MET * float(np.median(violations))
             # On a reciprocal scale all large violations would be alike.
             options = scales(y, y[y > 0], constraint=True)[:2]
+            options = [replace(scale, met=met) for scale in options]
         rows = evenly_spread(len(y), _MOST)  # points and proposals are both among them
-        Z = Z[rows]
-        y = y[rows]
-        fits = [cls.on_scale(Z, y, scale, met) for scale in options]
+        fits = [cls.on_scale(Z[rows], y[rows], scale) for scale in options]
         return max(fits, key=lambda fit: fit.log_density)
 
     @classmethod
-    def on_scale(cls, Z: Array, y: Array, scale: Scale, met: float) -> OutputFit:
+    def on_scale(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
         """Fit ``(n,)`` values at ``(n, d)`` designs on a scale."""
         t = scale.to(y)
-        if met > 0:
+        if scale.met > 0:
             is_violated = y > 0
-            lengths = fit_lengths(Z[is_violated], t[is_violated])
-            t = _continued(Covariance(Z, lengths), t, scale, met)
-        lengths = fit_lengths(Z, t)
-        mean, variance = GaussianProcess(Covariance(Z, lengths), t).left_out(t)
+            kernel = fit_kernel(Z[is_violated], t[is_violated])
+            t = _continued(Covariance(Z, kernel), t, scale)
+        kernel = fit_kernel(Z, t)
+        mean, variance = GaussianProcess(Covariance(Z, kernel), t).left_out(t)
         squares = (t - mean) ** 2
         terms = np.log(2 * np.pi * variance) + squares / variance
-        log_density = -0.5 * terms.sum()
         # densities of y, as those of t cannot be compared between scales
-        log_density += scale.log_slope(y)
-        return cls(scale, lengths, np.sqrt(squares.mean()), log_density, met)
+        log_density = -0.5 * terms.sum() + scale.log_slope(y)
+        return cls(scale, kernel, np.sqrt(squares.mean()), log_density)
 
     def process(self, Z: Array, t: Array) -> GaussianProcess:
         """Return the process of ``(n,)`` values on the scale, at ``(n, d)`` designs."""
-        covariance = Covariance(Z, self.lengths)
-        if self.met > 0:
-            t = _continued(covariance, t, self.scale, self.met)
+        covariance = Covariance(Z, self.kernel)
+        if self.scale.met > 0:
+            t = _continued(covariance, t, self.scale)
         return GaussianProcess(covariance, t)
 
 
@@ -293,32 +290,58 @@ def encoded(space: DesignSpace, places: Array) -> Array:
     return np.column_stack(columns).astype(float)
 
 
-class Covariance:
-    """The covariance matrix of tests for given lengths, factored.
+class Kernel(NamedTuple):
+    """The hyperparameters of a process, in the order in which :func:`fit_kernel` seeks them.
 
     The kernel is Matérn's, ν = 5/2, of :func:`_bent` designs, and trends. The trends, linear and
     quadratic functions of single variables, are a part of the kernel. With few tests of many
     variables, they hold most of what can be learned.
 
+    Attributes:
+        lengths: ``(d,)`` logarithms of the lengths.
+        bends: ``(d,)`` the bends.
+        noise: ``(1,)`` the logarithm of the share of the variance that noise has.
+        trends: ``(2,)`` the same of the linear and the quadratic trends.
+    """
+
+    lengths: Array
+    bends: Array
+    noise: Array
+    trends: Array
+
+    @classmethod
+    def of(cls, x: Array) -> Kernel:
+        """Return the kernel of ``(2 d + 3,)`` values."""
+        d = len(x) // 2 - 1
+        return cls(*np.split(x, [d, 2 * d, 2 * d + 1]))
+
+    def scaled(self, Z: Array) -> Array:
+        """Return ``(n, d)`` designs, bent, in units of lengths: distances give covariances."""
+        return _bent(Z, _rates(self.bends)) * np.exp(-self.lengths)
+
+
+class Covariance:
+    """The covariance matrix of tests for a given kernel, factored.
+
     Args:
         Z: ``(n, d)`` designs in the unit cube.
-        lengths: ``(2 d + 3,)`` as fitted by :func:`fit_lengths`.
+        kernel: The kernel.
 
     Attributes:
         factor: ``(n, n)`` the lower Cholesky factor.
         trends: ``(n, 2 d)`` the trends of the tests.
     """
 
-    def __init__(self, Z: Array, lengths: Array) -> None:
-        self._lengths = lengths
-        self._trend_weights = np.repeat(np.exp(lengths[-2:] / 2), Z.shape[1])
+    def __init__(self, Z: Array, kernel: Kernel) -> None:
+        self._kernel = kernel
+        self._trend_weights = np.repeat(np.exp(kernel.trends / 2), Z.shape[1])
         self.trends = self.trends_of(Z)
         rows = self._rows(Z)
         # The product of rows and these columns has the squared distances of designs.
         self._columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
-        kernel = self.matern(Z) + self.trends @ self.trends.T
-        kernel[np.diag_indices(len(Z))] += np.exp(lengths[-3])
-        self.factor = cholesky(kernel, lower=True, overwrite_a=True, check_finite=False)
+        K = self.matern(Z) + self.trends @ self.trends.T
+        K[np.diag_indices(len(Z))] += np.exp(kernel.noise)
+        self.factor = cholesky(K, lower=True, overwrite_a=True, check_finite=False)
 
     def unexplained(self, Z: Array) -> Array:
         """Return the ``(k,)`` parts of the variance of designs that the tests do not explain."""
@@ -347,15 +370,15 @@ class Covariance:
         return squares
 
     def _rows(self, Z: Array) -> Array:
-        """Return ``(k, d + 2)`` designs a, as :func:`scaled`, as rows ``(a, a·a, 1)``."""
-        designs = _ROOT5 * scaled(Z, self._lengths)
+        """Return ``(k, d + 2)`` designs a, as :meth:`Kernel.scaled`, as rows ``(a, a·a, 1)``."""
+        designs = _ROOT5 * self._kernel.scaled(Z)
         return np.column_stack([designs, (designs**2).sum(axis=1), np.ones(len(Z))])
 
 
 class GaussianProcess:
     """A Gaussian process with constant mean.
 
-    Mean and variance are the most likely ones for given lengths (Rasmussen and Williams, Gaussian
+    Mean and variance are the most likely ones for a given kernel (Rasmussen and Williams, Gaussian
     Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
 
     Args:
@@ -396,7 +419,7 @@ def _inverse(factor: Array) -> Array:
     return np.asarray(inverse)
 
 
-def _continued(covariance: Covariance, t: Array, scale: Scale, met_by: float) -> Array:
+def _continued(covariance: Covariance, t: Array, scale: Scale) -> Array:
     """Return a constraint with negative values where it is met, which the violations suggest.
 
     Many models return the amount of a violation, 0 where the constraint is met. A process of such
@@ -408,40 +431,37 @@ def _continued(covariance: Covariance, t: Array, scale: Scale, met_by: float) ->
         covariance: The covariance of the tests.
         t: ``(n,)`` the constraint, on its scale.
         scale: This scale.
-        met_by: How far below 0 it is where the violations do not say more.
     """
     zero = scale.to(0.0)
-    met = scale.to(-met_by)
-    is_known = t > zero
-    least = 2 * zero - t.max()
+    met = scale.to(-scale.met)
     inverse = _inverse(covariance.factor)
     ones = inverse.sum(axis=1)
+    least = 2 * zero - t.max()
+    is_known = t > zero
     t = np.where(is_known, t, met)
     while not is_known.all():
         mean = ones @ t / ones.sum()
-        unknown = np.flatnonzero(~is_known)
-        known = np.flatnonzero(is_known)
-        pull = inverse[np.ix_(unknown, known)] @ (t[known] - mean)
-        t[unknown] = mean - solve(inverse[np.ix_(unknown, unknown)], pull, assume_a="pos")
-        is_above = unknown[t[unknown] > zero]
-        if len(is_above) == 0:
+        pull = inverse[np.ix_(~is_known, is_known)] @ (t[is_known] - mean)
+        t[~is_known] = mean - solve(inverse[np.ix_(~is_known, ~is_known)], pull, assume_a="pos")
+        is_above = ~is_known & (t > zero)
+        if not is_above.any():
             break
         t[is_above] = np.maximum(met, 2 * zero - t[is_above])
-        is_known[is_above] = True
+        is_known |= is_above
     return np.asarray(np.maximum(t, least))
 
 
 class Learned(NamedTuple):
-    """What is fitted to tests: the surrogates of further ones have the same scales and lengths.
+    """What is fitted to tests: the surrogates of further ones have the same scales and kernels.
 
     Attributes:
         outputs: What is fitted, for each output.
-        failures: The lengths in units of which tests fail alike if they are close together;
+        failures: The kernel of failures: tests fail alike if they are close together in its units.
             ``None`` if failures do not follow from the design, as far as is known.
     """
 
     outputs: list[OutputFit]
-    failures: Array | None
+    failures: Kernel | None
 
     def to(self, Y: Array) -> Array:
         """Return ``(n, k)`` values of the first k outputs on their scales."""
@@ -454,65 +474,61 @@ class Learned(NamedTuple):
         return np.column_stack(columns)
 
 
-def fit_lengths(Z: Array, t: Array) -> Array:
-    """Return the most likely lengths, whose prior is about the width of the cube, and bends.
+def fit_kernel(Z: Array, t: Array) -> Kernel:
+    """Return the most likely kernel, whose lengths are about the width of the cube a priori.
 
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
-
-    Returns:
-        ``(2 d + 3,)`` values: logarithms of the lengths; bends; then logarithms of the shares of
-        the variance that noise, linear and quadratic trends have.
     """
     d = Z.shape[1]
     bend_spread = _BEND_SPREAD * min(1.0, (_FEW_BENDS / d) ** 2)
-    # Normal priors. That of a log length has this mean and deviation (Hvarfner, Hellsten and Nardi,
-    # ICML 2024): lengths grow with the diagonal of the cube, or nothing can be learned in many
-    # dimensions. That of the noise is a half-normal one, lest a model without noise is smoothed.
-    prior = np.zeros(2 * d + 3)
-    prior[:d] = np.sqrt(2) + 0.5 * np.log(d)
-    prior[-3:] = _LOG_NOISE[0], _LOG_TREND, _LOG_TREND
-    spread = np.repeat([np.sqrt(3), bend_spread, 5.0, 3.0], [d, d, 1, 2])
+    # The start, the mean and the deviation of a normal prior, and bounds. The prior of a length is
+    # that of Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube,
+    # or nothing can be learned in many dimensions. That of the noise is a half-normal one, lest a
+    # model without noise is smoothed.
+    diagonal = 0.5 * np.log(d)
+    rules = [
+        (np.log(0.5) + diagonal, np.sqrt(2) + diagonal, np.sqrt(3), *_LOG_LENGTH),
+        (0.0, 0.0, bend_spread, *_BENDS),
+        (np.log(1e-4), _LOG_NOISE[0], 5.0, *_LOG_NOISE),
+        (_LOG_TREND, _LOG_TREND, 3.0, *_LOG_TREND_BOUNDS),
+    ]
+    start, prior, spread, *bounds = np.repeat(rules, [d, d, 1, 2], axis=0).T
 
     def loss(x: Array) -> tuple[float, Array]:
-        value, slope = _negative_log_likelihood(Z, t, x)
+        value, slope = _negative_log_likelihood(Z, t, Kernel.of(x))
         z = (x - prior) / spread
         return value + 0.5 * (z @ z), slope + z / spread
 
-    lengths = np.full(d, np.log(0.5) + 0.5 * np.log(d))
-    start = np.concatenate([lengths, np.zeros(d), [np.log(1e-4), _LOG_TREND, _LOG_TREND]])
-    bounds = [_LOG_LENGTH] * d + [_BENDS] * d
-    bounds += [_LOG_NOISE, _LOG_TREND_BOUNDS, _LOG_TREND_BOUNDS]
     optimum = minimize(
         loss,
         start,
         jac=True,
         method="L-BFGS-B",
-        bounds=bounds,
+        bounds=np.transpose(bounds),
         options={"maxiter": _STEPS},
     )
-    return np.asarray(optimum.x)
+    return Kernel.of(optimum.x)
 
 
-def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array]:
-    """Return -log likelihood at the best mean and variance, and its gradient.
+def _negative_log_likelihood(Z: Array, t: Array, kernel: Kernel) -> tuple[float, Array]:
+    """Return -log likelihood at the best mean and variance, and its gradient by the kernel.
 
     Args:
         Z: ``(n, d)`` designs.
         t: ``(n,)`` values.
-        x: ``(2 d + 3,)`` lengths, bends, noise and trends, as :func:`fit_lengths` returns them.
+        kernel: The kernel.
     """
     n, d = Z.shape
-    S = scaled(Z, x)
+    S = kernel.scaled(Z)
     K, slope = _matern(S)
     trends = []
-    for log_weight, B in zip(x[-2:], _trends(Z), strict=True):
-        trends.append(np.exp(log_weight) * (B @ B.T))
+    for log_share, B in zip(kernel.trends, _trends(Z), strict=True):
+        trends.append(np.exp(log_share) * (B @ B.T))
     K += sum(trends)
-    diagonal = np.diag_indices(n)
-    noise = np.exp(x[-3])
-    K[diagonal] += noise
+    noise = np.exp(kernel.noise)
+    K[np.diag_indices(n)] += noise
     # The transpose is the same matrix in LAPACK's order. L is 0 above the diagonal.
     L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
     if failed:  # not positive definite, up to rounding
@@ -520,50 +536,39 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     # A copy, as NumPy 1.25 takes another logarithm for strided values, depending on whether the
     # result lies behind them in memory: a continued run would differ in the last digit.
     log_det = 2 * np.log(np.diag(L).copy()).sum()
-    inverse = _inverse(L)
-    ones = inverse.sum(axis=1)
+    W = _inverse(L)
+    ones = W.sum(axis=1)
     r = t - (ones @ t / ones.sum())
-    a = inverse @ r
+    a = W @ r
     variance = max((r @ a) / n, _LEAST_VARIANCE)
     value = 0.5 * (n * np.log(variance) + log_det)
     # dL/dK = (K^-1 - a a' / variance) / 2: equation 5.9 at the best variance
-    W = inverse
     W -= np.outer(a, a / variance)
     # The derivative of K by the logarithm of a share is that share of K.
-    slopes_of_shares = [noise * np.trace(W)]
-    for trend in trends:
-        slopes_of_shares.append((W * trend).sum())
-    W *= slope
-    by_length, by_bend = _slopes_by_variable(Z, x, S, W)
-    return value, np.concatenate([by_length, by_bend, 0.5 * np.array(slopes_of_shares)])
+    by_share = [*(noise * np.trace(W)), *((W * trend).sum() for trend in trends)]
+    by_length, by_bend = _slopes_by_variable(Z, kernel, S, W * slope)
+    return value, np.concatenate([by_length, by_bend, 0.5 * np.array(by_share)])
 
 
-def _slopes_by_variable(Z: Array, x: Array, S: Array, W: Array) -> tuple[Array, Array]:
+def _slopes_by_variable(Z: Array, kernel: Kernel, S: Array, W: Array) -> tuple[Array, Array]:
     """Return the ``(d,)`` derivatives of the likelihood by log lengths, and those by bends.
 
     Args:
         Z: ``(n, d)`` designs.
-        x: As for :func:`_negative_log_likelihood`.
+        kernel: The kernel.
         S: ``(n, d)`` the designs, bent and in units of lengths.
         W: ``(n, n)`` dL/dK times the factor of dK by log lengths.
     """
-    d = Z.shape[1]
     # dK/dlog l_j = slope * (difference of column j)^2, summed over all pairs by products
     differences = S * W.sum(axis=1)[:, None] - W @ S
     by_length = (S * differences).sum(axis=0)
     # the derivative of S by a bend; that of K is -slope * its difference * that of S
-    rates = _rates(x[d:-3])
+    rates = _rates(kernel.bends)
     inside = np.clip(Z, 0, 1)
     by_rate = inside * np.exp(rates * inside) - _bent(inside, rates) * np.exp(rates)
     by_rate /= np.expm1(rates)
-    bending = by_rate * np.cosh(x[d:-3]) * np.exp(-x[:d])
+    bending = by_rate * np.cosh(kernel.bends) * np.exp(-kernel.lengths)
     return by_length, -(bending * differences).sum(axis=0)
-
-
-def scaled(Z: Array, lengths: Array) -> Array:
-    """Return ``(n, d)`` designs, bent, in units of lengths: covariances follow from distances."""
-    d = Z.shape[1]
-    return _bent(Z, _rates(lengths[d:-3])) * np.exp(-lengths[:d])
 
 
 def _rates(bends: Array) -> Array:
