@@ -18,7 +18,6 @@ import numpy as np
 from pymoo_psi._kinds import Kind, named_option
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
-    Array,
     Columns,
     Designs,
     Entries,
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _Result = tuple[int, str, Values]  # see _results_in
-_NewResult = tuple[int | None, _Result]  # see _new_results
+_Mark = tuple[str, ...]  # see mark_of
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
 ROUNDED = 1e-3  # relative difference up to which a given value is a rounded one
@@ -66,34 +65,35 @@ class _Laboratory:
         choices: The texts of the options of variables that are choices, by name.
         results: The columns that people measure: objectives and others that no expression computes.
         compared: The columns by which a result is recognised.
-        tests: All tests, by number.
+        tests: What is compared of stored tests, as texts, by number.
         proposals: What was assigned, by the number of the test: its run, and what the study keeps.
         pending: The numbers of those without a result.
     """
 
     def __init__(self, database: Database) -> None:
-        import pandas as pd
-
         head = database.facts.head
         self.head = head
-        expressions = head.get("expressions", {})
+        variables = head["variables"]
         constraints = head["inequalities"][: head["problem"].get("inequalities", 0)]
-        names = dict.fromkeys(
-            [*head["objectives"], *constraints, *head["equalities"], *expressions]
-        )
-        self.results = [name for name in names if not expressions.get(name)]
-        self.compared = [*head["variables"], *self.results, "reason"]
+        expressions = head.get("expressions", {})
+        names = [*head["objectives"], *constraints, *head["equalities"], *expressions]
+        self.results = [name for name in dict.fromkeys(names) if not expressions.get(name)]
+        self.compared = [*variables, *self.results, "reason"]
         is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
         options = head["problem"]["choices"].values()
-        self.choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
-        self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
+        self.choices = dict(zip(compress(variables, is_choice), options, strict=True))
+        columns = database.tests()
+        unknown = np.full(len(columns[TEST]), np.nan)  # of an output before its first value
+        cells = [columns.get(name, unknown).tolist() for name in self.compared]
+        texts = map(mark_of, zip(*cells, strict=True))
+        self.tests = dict(zip(columns[TEST].tolist(), texts, strict=True))
         self.proposals: dict[int, tuple[int, Proposal]] = {}
-        self.pending: list[int] = []
         for run, test, proposal in database.assigned():
-            if "design" not in proposal.content:
-                continue
-            self.proposals[test] = run, proposal
-            if self.original(test) == test and test not in self.tests.index:
+            if "design" in proposal.content:
+                self.proposals[test] = run, proposal
+        self.pending: list[int] = []
+        for test in self.proposals:
+            if self.original(test) == test and test not in self.tests:
                 self.pending.append(test)
 
     @property
@@ -101,43 +101,20 @@ class _Laboratory:
         """Which tests are pending."""
         return f"pending tests: {', '.join(map(str, self.pending)) or 'none'}"
 
-    @property
-    def last_round(self) -> int:
-        """The number of the last round of proposals; 0 before the first."""
-        return max((proposal.round for _, proposal in self.proposals.values()), default=0)
-
     def design(self, test: int) -> Values:
         """Return the assigned values of the variables by name; choices as texts."""
         _, proposal = self.proposals[test]
         design: Values = proposal.content["design"]
         return design
 
-    def with_all_digits(self, test: int, values: Values) -> Values:
-        """Return the values of a row with the assigned ones where these are blank or rounded."""
-        digits = {}
-        for name, value in self.design(test).items():
-            if _text(values.get(name, value)) == _text(value):
-                digits[name] = value
-        return values | digits
-
-    def require_assigned(self, place: str, test: int | None) -> None:
-        """Refuse a number that no assigned test has; that of a repeat belongs to the study."""
-        if test not in self.proposals or self.original(test) != test:
-            rule = "that of a test that was asked for and is not cancelled"
-            raise invalid(f"{place}, {TEST}", rule, test)
-
     def original(self, test: int) -> int:
         """Return the number of the test that an assigned one repeats, or its own."""
         _, proposal = self.proposals[test]
         return int(proposal.content.get("of", test))
 
-    def texts(self, values: Entries) -> list[str]:
+    def texts(self, values: Entries) -> _Mark:
         """Return what is compared of values by name, in the digits that spreadsheets keep."""
-        return [_text(values[name]) for name in self.compared]
-
-    def stored_texts(self, test: int) -> list[str]:
-        """Return what is compared of a stored test."""
-        return self.texts(dict(self.tests.loc[test]))
+        return mark_of(values[name] for name in self.compared)
 
     def assign(self, database: Database, run: int, proposal: Proposal) -> int:
         """Ask people for a test, the next point of a run; return its number."""
@@ -163,11 +140,11 @@ class _Laboratory:
         frame[[*self.results, FAILURE]] = None
         return frame
 
-    def marks(self, variables: Names) -> set[str]:
+    def marks(self) -> set[_Mark]:
         """Return the marks of the designs that are tested or assigned; see :func:`mark_of`."""
-        designs = [*self.tests[[*variables]].itertuples(index=False, name=None)]
-        designs += [tuple(self.design(test).values()) for test in self.proposals]
-        return {*map(mark_of, designs)}
+        n_var = len(self.head["variables"])
+        marks = {texts[:n_var] for texts in self.tests.values()}
+        return marks | {mark_of(self.design(test).values()) for test in self.proposals}
 
 
 # Asking
@@ -220,27 +197,28 @@ def ask_tests(
             laboratory = _Laboratory(database)
         if n_tests == 0:
             return laboratory.frame(laboratory.pending)
-        n_first = n_tests
+        n_points = n_tests
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
-            n_first = min(n_tests, max(0, _POINTS - n_known))
-        known = laboratory.marks(model.schema.variables)
-        designs = _points_of_sequence(model, options, known, n_first)
+            n_points = min(n_tests, max(0, _POINTS - n_known))
+        known = laboratory.marks()
+        designs = _points_of_sequence(model, options, known, n_points)
         proposals = [Proposal(0, 0, store.origin, {"design": design}) for design in designs]
-        if n_tests > n_first:
-            pending = [*map(laboratory.design, laboratory.pending), *designs]
-            n = n_tests - n_first
-            last_round = laboratory.last_round
-            X = _proposed_by_surrogates(model, options, store, pending, n, last_round)
+        if n_tests > n_points:
+            designs += map(laboratory.design, laboratory.pending)
+            last = max(proposal.round for _, proposal in laboratory.proposals.values())
+            n = n_tests - n_points
+            X = _proposed_by_surrogates(model, options, store, designs, n, last)
             for design in _unknown_designs(model, X, known, n):
-                content = {"design": design}
-                proposals.append(Proposal(0, last_round + 1, "surrogates", content))
+                proposals.append(Proposal(0, last + 1, "surrogates", {"design": design}))
         with store.study.changes() as database:
             tests = [laboratory.assign(database, store.run, proposal) for proposal in proposals]
         return laboratory.frame(tests)
 
 
-def _points_of_sequence(model: Model, options: RunOptions, known: set[str], n: int) -> list[Values]:
+def _points_of_sequence(
+    model: Model, options: RunOptions, known: set[_Mark], n: int
+) -> list[Values]:
     """Return the first n unknown points of the sequence that meet the requirements."""
     space = model.space
     n_points = len(known) + n * _TRIED
@@ -276,7 +254,7 @@ def _proposed_by_surrogates(
     return space.matrix(proposed_now(model, table, points, n, options.seed or 0, last_round))
 
 
-def _unknown_designs(model: Model, X: Designs, known: set[str], n: int) -> list[Values]:
+def _unknown_designs(model: Model, X: Designs, known: set[_Mark], n: int) -> list[Values]:
     """Return the first n designs whose marks are not known; from now on they are."""
     schema = model.schema
     columns = columns_of_designs(schema.variables, schema.kinds, X)
@@ -289,9 +267,9 @@ def _unknown_designs(model: Model, X: Designs, known: set[str], n: int) -> list[
     return designs
 
 
-def mark_of(design: Iterable[Any]) -> str:
+def mark_of(values: Iterable[Any]) -> _Mark:
     """Return what tells designs apart by their values, in the digits that files keep."""
-    return repr([*map(_text, design)])
+    return tuple(map(_text, values))
 
 
 # Telling
@@ -341,11 +319,9 @@ def tell_tests(
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
             results = [*_results_in(cells, columns, laboratory, sentences)]
-            new = _new_results(laboratory, results)
-            sentences += _discard(database, laboratory, new)
-            sentences += _keep(database, laboratory, new)
-            n_known = len(results) - len(new)
-            sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
+            n_new = _keep_new(database, laboratory, results, sentences)
+            n_known = len(results) - n_new
+            sentences.insert(0, f"{counted(n_new, 'test')} taken, {n_known} known already.")
         return [*sentences, f"{laboratory.left.capitalize()}."]
 
 
@@ -379,11 +355,16 @@ def _results_in(
         if reason and not is_blank_row:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
-        laboratory.require_assigned(place, test)
+        # The number of a repeat belongs to the study.
+        if test not in laboratory.proposals or laboratory.original(test) != test:
+            rule = "that of a test that was asked for and is not cancelled"
+            raise invalid(f"{place}, {TEST}", rule, test)
         if missing and not reason:
             remarks.append(f"A row of test {test} is not taken: {', '.join(missing)} is blank.")
             continue
-        values = laboratory.with_all_digits(test, values)
+        for name, value in laboratory.design(test).items():
+            if _text(values.get(name, value)) == _text(value):
+                values[name] = value  # it is blank or rounded in the row
         yield test, place, unknown | values | {"reason": reason}
 
 
@@ -455,86 +436,84 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
     return cell
 
 
-def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_NewResult]:
-    """Return the results that the study does not have, each with the number of what it corrects.
+def _keep_new(
+    database: Database,
+    laboratory: _Laboratory,
+    results: Sequence[_Result],
+    sentences: list[str],
+) -> int:
+    """Write the results that the study does not have; return how many they are.
 
     A row is known if a stored test of its design has the same results; each counts once. Other rows
-    correct the stored tests of their design that have no row; the number is ``None`` where there
-    are none.
+    correct the stored tests of their design that have no row, or are tests of their own.
+
+    Args:
+        database: The study.
+        laboratory: Its tests.
+        results: The rows of a source.
+        sentences: Sentences on what changes, to which some are added.
 
     Raises:
         ArgumentValueError: A test has more results that may be corrected than there are rows.
     """
-    stored: dict[int, list[int]] = defaultdict(list)  # numbers by the original one
+    former: dict[int, list[int]] = defaultdict(list)  # stored tests without a row, by the original
     for number in laboratory.proposals:
-        if number in laboratory.tests.index:
-            stored[laboratory.original(number)].append(number)
-    unknown: dict[int, list[_Result]] = defaultdict(list)
+        if number in laboratory.tests:
+            former[laboratory.original(number)].append(number)
+    new: dict[int, list[_Result]] = defaultdict(list)
     for result in results:
         test, _, values = result
         texts = laboratory.texts(values)
-        for number in stored[test]:
-            if laboratory.stored_texts(number) == texts:
-                stored[test].remove(number)
-                break
+        same = [number for number in former[test] if laboratory.tests[number] == texts]
+        if same:
+            former[test].remove(same[0])
         else:
-            unknown[test].append(result)
-    new: list[_NewResult] = []
-    for test, rows in unknown.items():
-        numbers = stored[test]
+            new[test].append(result)
+    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
+    for test, rows in new.items():
+        numbers = former[test]
         if len(numbers) > len(rows):
             rule = f"given with all other results of test {test}"
             received = Received(f"a file without those of tests {', '.join(map(str, numbers))}")
             remedy = "add a row for each of them; nothing was taken"
             raise invalid(rows[0][1], rule, received, remedy)
-        new += zip_longest(numbers, rows)
-    return new
+        for corrected, (_, place, values) in zip_longest(numbers, rows):
+            own = corrected or laboratory.made(database, test)
+            sentences += _changes(laboratory, test, own, values)
+            if corrected:
+                database.correct(corrected, "corrected")
+            run, proposal = laboratory.proposals[own]
+            facts = {"origin": proposal.origin, "seconds": np.nan}
+            facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
+            rows_by_run[run].append((place, values | facts))
+    for run, rows_of_run in sorted(rows_by_run.items()):
+        _append(database, run, rows_of_run, sentences)
+    return sum(map(len, new.values()))
 
 
-def _changes(laboratory: _Laboratory, number: int, values: Values) -> str:
-    """Return the values that differ from those of a stored test, by their names."""
-    changes = []
-    former_texts = laboratory.stored_texts(number)
-    texts = laboratory.texts(values)
-    for name, text, former in zip(laboratory.compared, texts, former_texts, strict=True):
-        if text != former and "nan" not in (text, former):  # those of a failed test
-            changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
-    return "; ".join(changes)
+def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> Iterator[str]:
+    """Yield sentences on a row that corrects a stored test or has another design than was asked.
 
-
-def _discard(
-    database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]
-) -> list[str]:
-    """Discard the tests that results correct; return sentences on what changes."""
-    sentences = []
-    for corrected, (_, _, values) in results:
-        if corrected is not None:
-            changes = _changes(laboratory, corrected, values)
-            sentences.append(f"Test {corrected} corrected: {changes}.")
-            database.correct(corrected, "corrected")
-    return sentences
-
-
-def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_NewResult]) -> list[str]:
-    """Write the tests of results; return sentences on designs that were changed."""
-    sentences = []
-    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
-    for corrected, (test, place, values) in results:
-        own = corrected or laboratory.made(database, test)
-        title = f"Test {own}"
-        if own not in (corrected, test):
-            title = f"Test {own}, a repeat of {test}"
-        for name, value in laboratory.design(test).items():
-            if values[name] != value:
-                change = f"{name} = {_text(values[name])} instead of {_text(value)}"
-                sentences.append(f"{title}: {change}; what was tested counts.")
-        run, proposal = laboratory.proposals[own]
-        facts = {"origin": proposal.origin, "seconds": np.nan}
-        facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
-        rows_by_run[run].append((place, values | facts))
-    for run, rows in sorted(rows_by_run.items()):
-        _append(database, run, rows, sentences)
-    return sentences
+    Args:
+        laboratory: The tests.
+        test: The number in the row.
+        own: The number of the test that the row becomes: that one, or a repeat of it.
+        values: The values of the row by name.
+    """
+    title = f"Test {own}"
+    if own in laboratory.tests:
+        changes = []
+        pairs = zip(laboratory.texts(values), laboratory.tests[own], strict=True)
+        for name, (text, former) in zip(laboratory.compared, pairs, strict=True):
+            if text != former and "nan" not in (text, former):  # those of a failed test
+                changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
+        yield f"{title} corrected: {'; '.join(changes)}."
+    elif own != test:
+        title += f", a repeat of {test}"
+    for name, value in laboratory.design(test).items():
+        if values[name] != value:
+            change = f"{name} = {_text(values[name])} instead of {_text(value)}"
+            yield f"{title}: {change}; what was tested counts."
 
 
 def _append(
@@ -545,11 +524,10 @@ def _append(
 
     places, values = zip(*rows, strict=True)
     frame = pd.DataFrame(values)
-    if not frame[PROPOSAL_ROUND].any():
-        del frame[PROPOSAL_ROUND]
     columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-    columns = with_computed(database.head, columns, places, sentences)
-    database.append(run, columns, 0)
+    if not columns[PROPOSAL_ROUND].any():
+        del columns[PROPOSAL_ROUND]
+    database.append(run, with_computed(database.head, columns, places, sentences), 0)
 
 
 def with_computed(
@@ -574,8 +552,14 @@ def with_computed(
         if not expression:
             continue
         values = np.where(has_failed, np.nan, Expression.of(expression).values(operands))
-        if name in columns:
-            remarks += _differences(name, expression, columns[name], values, places)
+        given = columns.get(name, values)
+        differs = ~np.isclose(given, values, rtol=ROUNDED, atol=0) & ~np.isnan(given)
+        for row in np.flatnonzero(differs)[:1]:
+            remarks.append(
+                f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
+                f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "
+                f"{values[row]:.6g}."
+            )
         columns[name] = values
         operands[name] = values
     if "requirements" in head:
@@ -584,18 +568,3 @@ def with_computed(
         for requirement in requirements_of(head["requirements"]["rules"], names):
             columns[requirement.name] = requirement.violation(designs)
     return columns
-
-
-def _differences(
-    name: str, expression: str, given: Array, computed: Array, places: Sequence[str]
-) -> list[str]:
-    """Return the remark on an output whose given values differ from the computed ones, if any."""
-    differs = ~np.isclose(given, computed, rtol=ROUNDED, atol=0) & ~np.isnan(given)
-    if not differs.any():
-        return []
-    row = int(differs.argmax())
-    return [
-        f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
-        f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "
-        f"{computed[row]:.6g}."
-    ]
