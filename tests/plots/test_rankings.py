@@ -54,9 +54,8 @@ def test_few_lines_have_names_and_the_first_are_darker(n, last, width):
     (ax,) = figure.axes
     if n > 8 and width == 90:
         last = 3
-    (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
-    widths = np.sort(lines.get_linewidths())
-    assert sum(widths == widths[-1]) == last
+    near, *_ = [c for c in ax.collections if isinstance(c, LineCollection)]
+    assert len(near.get_segments()) == last
     names = {f"{ranking.place[k]}. {ranking.name_of(k)}" for k in range(n)}
     named = {text.get_text() for text in ax.texts if text.get_visible()} & names
     assert len(named) == (n if n <= 8 else 3)
@@ -127,10 +126,9 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     assert rows_of(figure)[1][1:] == ["100", "1\u00a0000\u00a0000", "100"]
     assert {"10²", "10⁵"} <= {*texts(figure)}  # at the first and the last tick
     assert "not by their logarithms" in figure.caption
-    assert "log: drawn by logarithm, ranked by value" in texts(figure)
     lines, _ = lines_of(figure)
     assert sorted(line[0, 0] for line in lines) == pytest.approx([0, 0.5, 1])
-    decades, _ = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
+    (decades,) = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
     assert decades.get_xdata() == pytest.approx([0, 0.25, 0.5, 0.75])
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
@@ -173,8 +171,7 @@ def test_a_row_is_that_of_the_table():
     assert "2. test 2" in texts(plot_ranking(table, row=1))
     dominated = plot_ranking(table.under(limits={}), row=0)  # and far worse than the others
     assert "test 1, dominated" in texts(dominated)
-    assert min(min(line.get_xdata(), default=0) for line in dominated.axes[0].lines) == 0
-    assert "An arrow marks a value" in dominated.caption
+    assert dominated.axes[0].get_xlim()[0] < -1  # its line is whole
     refused("a feasible design", plot_ranking, table, row=0)
     refused("from 0 to 3", plot_ranking, table, row=4)
 
@@ -209,7 +206,7 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
             assert places == [str(k + 1) for k in range(len(front))]
 
 
-@pytest.mark.parametrize(("width", "n_names"), [(180, 7), (30, 0)])
+@pytest.mark.parametrize(("width", "n_names"), [(180, 6), (30, 0)])
 def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(width, n_names):
     """Not all have room beside designs that are so near to each other."""
     x = np.array([0, 1, 1.04, 1.08, 1.12, 1.16, 2])

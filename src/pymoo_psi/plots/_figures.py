@@ -7,8 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, combinations, pairwise, permutations, product
-from math import comb
+from itertools import chain, combinations, pairwise, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +24,6 @@ from pymoo_psi._validation import (
     Array,
     Mask,
     Names,
-    Received,
     counted,
     invalid,
     known_names,
@@ -97,7 +95,6 @@ _LIFT = 16.0  # points from the first row to the head
 _APART = 8.0  # points from the axes to texts
 _LINE = 9.5  # points from a line of text to the one above
 _BELOW = -5.0  # points from a row to the lower line beside it
-_TIE = 1e-9  # places that differ by rounding alone
 _GROUND: Style = {"facecolor": "white", "linewidth": 0, "pad": 0}  # of a text over lines
 _LEFT = ("axes fraction", "data")  # coordinates of the names of rows
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
@@ -159,8 +156,7 @@ def plot_table(
         width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
-        ArgumentValueError: A column is not in the table, there is no variable, or the width is none
-            of 10 to 1000 mm.
+        ArgumentValueError: A column is not in the table, or the width is none of 10 to 1000 mm.
         ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
@@ -175,8 +171,6 @@ def plot_table(
     rows = _column_names("objectives", objectives, schema.objectives, schema)
     if not tops:  # designs without variables
         tops, rows = rows, []
-    if not tops:
-        raise invalid("variables", "one or more", Received("none"))
     if max(len(tops), len(rows)) > MATRIX:
         rows = []
     planes = []
@@ -296,8 +290,10 @@ def plot_objectives(
     if design is not None:
         marked = [table.row_of(design)]
     pairs = list(combinations(names, 2))
+    n_pairs = len(pairs)
     if objectives is None:
-        pairs = _conflicting_pairs(table)
+        conflicts = sorted(conflicting_pairs(table.F[table.pareto()])[:_PAIRS])
+        pairs = [(names[j], names[k]) for j, k in conflicts]
     points = points_of_table(table, [*dict.fromkeys(chain(*pairs))], marked)
     n_columns = min(len(pairs), _PANELS)
     if len(pairs) == _PAIRS:
@@ -308,7 +304,6 @@ def plot_objectives(
             points.draw(ax, first, second, is_detailed=True)
         heading = ""
         sentences = [points.counts(table)]
-        n_pairs = comb(len(names), 2)
         if len(pairs) < n_pairs:
             heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
             sentences.insert(0, f"{heading}.")
@@ -318,23 +313,6 @@ def plot_objectives(
         figure.fit(stack_pairs, figure, [first for first, _ in pairs])
         figure.describe(title, *sentences)
     return figure
-
-
-def _conflicting_pairs(table: TestTable) -> list[tuple[str, str]]:
-    """Return the pairs of objectives that conflict most in the Pareto set.
-
-    Four are arranged in two columns of panels, each with a common first objective if there is one.
-    """
-    names = table.schema.objectives
-    pairs = sorted(conflicting_pairs(table.F[table.pareto()])[:_PAIRS])
-    if len(pairs) == _PAIRS:
-        for order in permutations(pairs):
-            shared = [{*order[k]} & {*order[k + 2]} for k in (0, 1)]
-            if all(shared):
-                firsts = [min(js) for js in 2 * shared]
-                pairs = [(j, sum(pair) - j) for pair, j in zip(order, firsts, strict=True)]
-                break
-    return [(names[j], names[k]) for j, k in pairs]
 
 
 # Parallel coordinates
@@ -399,30 +377,26 @@ def plot_ranking(
     is_near = ranking.place[front] <= n_near
     is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
     places, is_log = _places_in_rows(ranking)
-    edge = min(0.0, places[front].min())
     n = len(ranking.objectives.names)
     with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
+        edge = min(0.0, places[[*front, *marks]].min())  # beyond a fixed range
         ax.set(xlim=(edge, 1))
         ax.axis("off")
         word = marks[marked][0] if values else ""
         _draw_rows(ax, ranking, is_log, marked, word)
-        if edge < 0:  # where a fixed range begins
+        if edge < 0:  # where a fixed range begins, or the range of the Pareto set
             ax.vlines(0, 0, n - 1, color="0.8", linewidth=0.6, zorder=0)
         for design, (label, style) in marks.items():
-            _draw_mark(ax, places[design], edge, label, style)
-        names = _add_names(ax, ranking, named, n_near, marks)
+            ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
+            ax.plot([], [], style["linestyle"], color=style["color"], label=label)
         label = _places_in_words(ranking.place[front[is_near & is_unmarked]])
         _draw_lines(ax, places[front], is_near, label)
-        if is_log.any():
-            ax.plot([], [], "|", label="log: drawn by logarithm, ranked by value", **_TICK)
-        if is_log.any() or not is_near.all():
+        if not is_near.all():
             figure.fit(add_key, figure, [ax])
-        figure.fit(_name_lines, figure, ax, names, np.maximum(places[named, -1], edge), n)
-        arrows = ""
-        if np.any(places[named] < edge - _TIE):
-            arrows = "An arrow marks a value that is worse than those of the axis."
-        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log), arrows)
+        names = _add_names(ax, ranking, named, n_near, marks)
+        figure.fit(_name_lines, figure, ax, names, places[named, -1], n)
+        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log))
     return figure
 
 
@@ -511,26 +485,6 @@ def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]
         ax.annotate(text, (end, row), (aside, height), **_BESIDE_ROW | style)
 
 
-def _draw_mark(ax: Axes, places: Array, edge: float, label: str, style: Style) -> None:
-    """Draw a design with its entry in the key, and an arrow where it is beyond the axis.
-
-    Args:
-        ax: The axes.
-        places: ``(m,)`` where it is in each row.
-        edge: Where the axis begins.
-        label: What it is.
-        style: How its line is drawn.
-    """
-    rows = np.arange(len(places))
-    is_beyond = places < edge - _TIE
-    places = np.maximum(places, edge)
-    ax.plot(places, rows, "o", zorder=5, clip_on=False, **style)
-    ax.plot([], [], style["linestyle"], color=style["color"], label=label)
-    if is_beyond.any():  # markers of no points would take room in the layout
-        arrow: Style = {"color": style["color"], "markersize": 9, "zorder": 6}
-        ax.plot(places[is_beyond], rows[is_beyond], "<", clip_on=False, **arrow)
-
-
 def _add_names(
     ax: Axes,
     ranking: EfficiencyRanking,
@@ -574,33 +528,28 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
         label: The places of those in the key; empty if all have marks of their own.
     """
     n, m = places.shape
+    lines = np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])
     n_others = np.sum(~is_near)
     others = f"{n_others} more not dominated"
-    mark = "-"
-    is_line = np.full(n, True)
+    dark, faint = _SHADES
+    groups: list[tuple[Mask, str, Style]] = [
+        (is_near, label, {"color": dark, "linewidth": 0.8, "zorder": 2.1}),
+        (~is_near, others, {"color": faint, "linewidth": 0.5, "alpha": min(1.0, _MANY / n)}),
+    ]
     if n_others > _MOST:
-        others += ", as a density"
-        mark = "s"
-        is_line = is_near
+        del groups[1]
+    for rows, text, style in groups:
+        if rows.any():
+            group = LineCollection(list(lines[rows]), rasterized=n > _MANY, clip_on=False, **style)
+            group.set_in_layout(False)
+            ax.add_collection(group)
+            ax.plot([], [], color=style["color"], label=text)
+        if n <= NAMED:
+            dots: Style = {"markersize": 2.8, "color": style["color"], "clip_on": False}
+            ax.plot(places[rows].T, range(m), "o", **dots)
+    if n_others > _MOST:
         _draw_density(ax, places[~is_near])
-    shades = np.where(is_near, *_SHADES)
-    faint = min(1.0, _MANY / n)
-    lines = LineCollection(
-        list(np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])[is_line]),
-        colors=shades.astype(float)[is_line, None].repeat(3, axis=1),  # texts take longer
-        linewidths=np.where(is_near, 0.8, 0.5)[is_line],
-        alpha=np.where(is_near, 1.0, faint)[is_line],
-        rasterized=n > _MANY,
-        clip_on=False,
-    )
-    lines.set_in_layout(False)
-    ax.add_collection(lines)
-    if n <= NAMED:
-        for line, shade in zip(places, shades, strict=True):
-            ax.plot(line, range(m), "o", markersize=2.8, color=shade, clip_on=False)
-    ax.plot([], [], color=_SHADES[0], label=label)
-    if n_others:
-        ax.plot([], [], mark, color=_SHADES[1], label=others)
+        ax.plot([], [], "s", color=faint, label=f"{others}, as a density")
 
 
 def _draw_density(ax: Axes, places: Array) -> None:
@@ -645,69 +594,66 @@ def _name_lines(
     layout: Any = figure.get_layout_engine()
     layout.execute(figure)
     widths = []
-    for name, _ in names:
+    for name, pole in names:
         name.set_visible(True)  # an invisible one has no size
         widths.append(extent(name).width + 2 * _POLE * figure.dpi / 72)
-    # In shares of the width of the axes.
-    left = -ax.bbox.x0 / ax.bbox.width
-    right = left + figure.bbox.width / ax.bbox.width
-    begin, end = ax.get_xlim()
-    shares = (places - begin) / (end - begin)
-    levels, is_right = _flags(shares, np.array(widths) / ax.bbox.width, left, right)
+        pole.set_visible(True)
+    begin, end = ax.transData.inverted().transform([[0, 0], figure.bbox.size])[:, 0]
+    across = np.array(widths) * (end - begin) / figure.bbox.width
+    levels, is_right = _flags(places, across, begin, end)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    for k, (name, pole) in enumerate(names):
-        is_shown = k < len(levels)
-        name.set_visible(is_shown)
-        pole.set_visible(is_shown)
-        if is_shown:
-            y = n - 1 + (_FIRST + levels[k] * _LEVEL) / height
-            pole.set_data([places[k], places[k]], [n - 1, y])
-            name.xy = (places[k], y)
-            name.set(ha="left", position=(_POLE, 0))
-            if not is_right[k]:
-                name.set(ha="right", position=(-_POLE, 0))
+    for name, pole in names[len(levels) :]:
+        name.set_visible(False)
+        pole.set_visible(False)
+    for k, level in enumerate(levels):
+        name, pole = names[k]
+        y = n - 1 + (_FIRST + level * _LEVEL) / height
+        pole.set_data([places[k], places[k]], [n - 1, y])
+        name.xy = (places[k], y)
+        name.set(ha="left", position=(_POLE, 0))
+        if not is_right[k]:
+            name.set(ha="right", position=(-_POLE, 0))
     below = _FIRST + (levels.max(initial=0) + 1) * _LEVEL
     ax.set_ylim(n - 1 + below / height, -_ABOVE / height)
     total = _ABOVE + (n - 1) * height + below + _PADS
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
-def _flags(places: Array, widths: Array, left: float, right: float) -> tuple[Array, Mask]:
+def _flags(places: Array, widths: Array, begin: float, end: float) -> tuple[Array, Mask]:
     """Place names beside poles, none over another name or a pole.
 
-    As many names as possible are on the right of their poles, those of the last poles on the left.
-    The first name is the nearest if no pole is in its way. Without room for all of them the last
-    names are left out.
+    From the last pole to the first, a name is on the right of its pole if it ends before the figure
+    and before each pole whose name is on the left. Without room for all, the last names are left
+    out.
 
     Args:
         places: ``(n,)`` places of the poles.
         widths: ``(n,)`` widths of the names.
-        left: Where names may begin.
-        right: Where they may end.
+        begin: Where names may begin.
+        end: Where they may end.
 
     Returns:
         The level of each name, the nearest 0, and whether it is on the right of its pole, for the
         names that have room.
     """
-    numbers = np.arange(len(places))
-    order = np.argsort(places, kind="stable")[::-1]
-    turns = np.append(numbers[:1], order)
-    for n_left in range(len(places) + 1):
-        is_right = ~np.isin(numbers, order[:n_left])
-        lows = np.where(is_right, places, places - widths)
-        highs = lows + widths
-        levels = np.full(len(places), -1)
-        for k in np.tile(turns, len(places)):
-            # Poles under a name end above it.
-            is_over = (places > lows[k]) & (places < highs[k]) & (levels < 0)
-            if levels[k] < 0 and not is_over.any():
-                is_beside = (lows < highs[k]) & (highs > lows[k])
-                levels[k] = levels[is_beside].max() + 1
-        if np.all((lows >= left) & (highs <= right) & (levels >= 0)):
-            return levels, is_right
-    return _flags(places[:-1], widths[:-1], left, right)
+    is_right = np.full(len(places), True)
+    last = end
+    order = np.argsort(-places, kind="stable")
+    for k in order:
+        if places[k] + widths[k] > last:
+            is_right[k] = False
+            last = places[k]
+    lows = np.where(is_right, places, places - widths)
+    if np.any(lows < begin):
+        return _flags(places[:-1], widths[:-1], begin, end)
+    levels = np.full(len(places), -1)
+    for k in [*order[is_right[order]], *order[~is_right[order]][::-1]]:
+        # A name is below all names over it, and so below the ends of their poles.
+        is_beside = (lows < lows[k] + widths[k]) & (lows + widths > lows[k])
+        levels[k] = levels[is_beside].max() + 1
+    return levels, is_right
 
 
 # Sensitivities

@@ -48,8 +48,7 @@ _OPEN = Limit()[:2]  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
 _NARROW = 0.12  # share of a vertical axis that has no room for the name of a limit
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
-_WHOLE = 1.5  # an axis shows all designs if it is at most so many times as long as for the feasible
-_BEYOND = 0.25  # else it shows those that are nearer than this share of the feasible range
+_BEYOND = 0.4  # an axis shows designs that are nearer than this share of the feasible range
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
 _OUTSIDE: Style = {
@@ -116,11 +115,6 @@ class Column:
         low, high = self.ends
         return (values >= low) & (values <= high)
 
-    @property
-    def dashed(self) -> Mask:
-        """``(2,)`` whether the lower and the upper limit have a line within the axis."""
-        return self.shows(np.array(self.limits))
-
     def set_axis(self, axes: Axes, letter: str) -> None:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
@@ -129,7 +123,8 @@ class Column:
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
-        for limit, is_dashed, end in zip(self.limits, self.dashed, self.ends, strict=True):
+        is_inside = self.shows(np.array(self.limits))
+        for limit, is_dashed, end in zip(self.limits, is_inside, self.ends, strict=True):
             if np.isfinite(limit):
                 draw_span(*sorted((limit, end)), facecolor=_REJECTED, linewidth=0, zorder=0)
             if is_dashed:
@@ -257,19 +252,9 @@ class Points:
             text += f". {counted(self.outside.sum(), 'design')} outside the axes"
         for row in self.marked:
             text += f". The blue dot is {table.names[row]}"
-        dashed: dict[str, Limit] = {}
-        others: dict[str, Limit] = {}
-        for name, limit in table.limits.items():
-            is_dashed = np.full(2, False)
-            if name in self.columns:
-                is_dashed = self.columns[name].dashed
-            dashed[name] = Limit(*np.where(is_dashed, limit[:2], _OPEN).tolist())
-            lower, upper = np.where(is_dashed, _OPEN, limit[:2]).tolist()
-            others[name] = Limit(lower, upper, limit.texts)
-        for words, limits in (("Limits are dashed", dashed), ("Limits not drawn", others)):
-            written = written_limits(limits, table.schema.units)
-            if written:
-                text += f". {words}: {', '.join(written)}"
+        limits = written_limits(table.limits, table.schema.units)
+        if limits:
+            text += f". Limits, dashed where an axis shows them: {', '.join(limits)}"
         return f"{text}."
 
 
@@ -369,59 +354,47 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
     values = values.astype(np.float64)
-    if is_variable:
-        is_log = column.kind is Kind.LOG
-        bounds = np.array([column.lower, column.upper], float)  # NaN if unknown
-        ends = _ends_of_variable(values, np.append(values[marked], bounds), column.kind)
-    else:
-        inner = values[table.feasible()]
-        is_log = spans_decades(inner)
-        ends = _ends_of_dependent(values, inner, values[marked])
-    label = column.heading
+    inner = values[table.feasible()]
     sign = 0
     errors = None
     if name in table.schema.objectives:
-        label = with_unit(name, column.unit)
         sign = -1 if column.maximize else 1
         if has_errors(table):
             errors = table.column(error_column(name))
+    is_log = column.kind is Kind.LOG or (not is_variable and spans_decades(inner))
+    shown = values[marked]
+    if is_variable:
+        inner = values
+        shown = np.append(shown, np.array([column.lower, column.upper], float))  # NaN if unknown
+    elif not is_log:
+        inner = _near(values, inner)
+    ends = _ends(inner, shown, is_log)
+    if column.kind is Kind.INTEGER and is_variable:
+        ends = (np.floor(ends[0]) + 0.5, np.ceil(ends[1]) - 0.5)
+    label = with_unit(name, column.unit)
     if is_log:
         label += ", log"
     limits = table.limits.get(name, Limit())[:2]
     return Column(values, ends, label, (), is_log, limits, sign, errors, column.unit)
 
 
-def _ends_of_variable(values: Array, shown: Array, kind: Kind | None) -> Ends:
-    """Return the ends of an axis of a variable, given what it shows in any case."""
-    if kind is Kind.LOG:
-        return _logarithmic_ends(values, shown)
-    low, high = view(values, *shown)
-    if kind is Kind.INTEGER:
-        return np.floor(low) + 0.5, np.ceil(high) - 0.5
-    return low, high
-
-
-def _logarithmic_ends(values: Array, shown: Array) -> Ends:
-    """Return the ends of a logarithmic axis, given what it shows in any case."""
+def _ends(values: Array, shown: Array, is_log: bool) -> Ends:
+    """Return the ends of an axis of values, given what it shows in any case."""
+    if not is_log:
+        return view(values, *shown)
     # A marked design need not be feasible, and so not positive.
     low, high = np.exp(view(np.log(values), *np.log(shown[shown > 0]))).tolist()
     return low, high
 
 
-def _ends_of_dependent(values: Array, inner: Array, marked: Array) -> Ends:
-    """Return the ends of an axis of an output, given all values and those of feasible designs.
+def _near(values: Array, inner: Array) -> Array:
+    """Return the values of an output that its axis shows, given those of feasible designs.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
-    feasible ones than a share of their range are outside, but the marked ones are inside.
+    feasible ones than a share of their range are outside.
     """
-    if spans_decades(inner):
-        return _logarithmic_ends(inner, marked)
     if len(np.unique(inner)) <= 1:
-        inner = values
-    low, high = view(inner, *marked)
-    every = values[np.isfinite(values)]
-    if len(every) and np.ptp(every) <= _WHOLE * (high - low):
-        return view(inner, *marked, every.min(), every.max())
+        return values
+    low, high = view(inner)
     reach = _BEYOND * (high - low)
-    near = values[(values >= low - reach) & (values <= high + reach)]
-    return view(near, *marked)
+    return values[(values >= low - reach) & (values <= high + reach)]

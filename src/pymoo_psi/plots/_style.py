@@ -44,8 +44,6 @@ for weight in ("regular", "bold"):
     fontManager.addfont(Path(__file__).with_name(f"inter-{weight}.ttf"))
 
 Style: TypeAlias = dict[str, Any]
-_Place: TypeAlias = tuple[float, Bbox, Line | None]
-"""The place of a name: its cost in points of distance, its box, and the line to it from afar."""
 
 ACCENT = "#0B5CAD"
 INK = "#1A1A1A"
@@ -68,6 +66,7 @@ _KEY_MARK = 3.0  # the least size of a marker in a key
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
 _LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
+_STEPS = 20  # along the line to a name, where points are in its way
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
@@ -91,11 +90,11 @@ _NAME: Style = BESIDE | {
 }
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _LETTER_WIDTH = 4.0  # points, about
-_WIDEST = 0.98  # share of the width for a key
+_WIDEST = 0.95  # share of the width for a key
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
-_LEAST_TICKS = 3  # on a y-axis, where further ones take no room
+_LEAST_TICKS = 3
 # Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
 _BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
 _ARROWS = {
@@ -239,10 +238,8 @@ def new_figure(height: float, width: float = WIDTH) -> Iterator[Drawing]:
 
 
 def add_letters(figure: Figure) -> None:
-    """Write a letter above each of several axes; none if there are more than letters."""
+    """Write a letter above each of several axes."""
     lettered = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
-    if not 1 < len(lettered) <= len(ascii_lowercase):
-        return
     for letter, ax in zip(ascii_lowercase, lettered, strict=False):
         ax.set_title(f"({letter})", loc="right")  # the name of the vertical axis is on the left
 
@@ -324,20 +321,16 @@ def name_axis(
     grid: Any = axes.get_gridspec()
     room = figure.get_figwidth() * 72 / grid.ncols - _TICKS_WIDTH
     n_ticks = int(np.clip(room // _TICK_WIDTH, 1, _MOST_TICKS))
-    least_ticks = 2
     if letter == "y":  # its name is above the axes, its ticks are above one another
         head_axes(axes)
         room += _TICKS_WIDTH / 2
         n_ticks = _MOST_TICKS - 1
-        least_ticks = _LEAST_TICKS
-    if label:
-        for text in (_BETTER[sign], _ARROWS[letter][sign]):
-            axis.set_label_text(text.format(literal(label)))
-            share = room * figure.dpi / 72 / extent(axis.label).width
-            if share >= 1:
-                break
-        else:
-            axis.set_label_text(text.format(literal(label, int(share * len(label[:40])) - 2)))
+    texts = [_BETTER[sign].format(literal(label))]
+    texts += [_ARROWS[letter][sign].format(literal(label, most)) for most in range(40, 2, -3)]
+    for text in texts:
+        axis.set_label_text(text)
+        if extent(axis.label).width * 72 <= room * figure.dpi:
+            break
     low, high = getattr(axes, f"get_{letter}lim")()
     if options:
         step = -(-len(options) // _MOST_OPTIONS)  # rounded up
@@ -347,6 +340,7 @@ def name_axis(
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
+        least_ticks = min(n_ticks, _LEAST_TICKS)
         locator = MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least_ticks)
         axis.set_major_locator(locator)
         axis.set_major_formatter(_Ticks())
@@ -386,10 +380,6 @@ def _texts_above(axes: Axes) -> list[Text]:
 
 class _Ticks(Formatter):
     """Numbers at ticks, in one format."""
-
-    def __call__(self, value: float, position: int | None = None) -> str:
-        """Return the number at one tick."""
-        return self.format_ticks([value])[0]
 
     def format_ticks(self, values: list[float]) -> list[str]:
         """Return the numbers at all ticks."""
@@ -492,8 +482,7 @@ def name_points(
     figure: Any = axes.figure
     placed = []
     for row, texts in names.items():
-        name = axes.annotate(texts[0], places[row], (0, 0), **_NAME | style)
-        placed.append((name, texts, row))
+        placed.append((axes.annotate(texts[0], places[row], (0, 0), **_NAME | style), texts, row))
         style = {}
     figure.placed += ((_place, axes, places, placed),)
 
@@ -501,51 +490,38 @@ def name_points(
 def _place(
     axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
 ) -> None:
-    """Write each name at its best place: the short text, then the long one where it has room.
-
-    No name is over another one. Only short texts are over points or lines.
-    """
+    """Write each name at its best place, the shorter text if the first one has no good place."""
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
-    lines, boxes = _obstacles(axes, [name for name, *_ in names])
-    best: dict[int, _Place] = {}
-    for turn in (-1, 0):
-        for name, texts, row in names:
-            if turn == 0 and len(texts) == 1:
-                continue
-            others = [best[other] for other in best.keys() - {row}]
-            taken = boxes + [box.padded(_GAP * point, 0) for _, box, _ in others]
-            crossed = lines + [leader for *_, leader in others if leader is not None]
-            name.set_visible(True)  # an invisible one has no size
-            name.set_text(texts[turn])
-            place = _best_place(axes, dots, row, extent(name), crossed, taken)
-            if turn == -1 or place[0] < _BAD:
-                best[row] = place
-            else:
-                name.set_text(texts[-1])
-    for name, _, row in names:
-        cost, box, leader = best[row]
-        name.set_visible(cost < np.inf)
-        arrow: Any = name.arrow_patch
-        arrow.set_visible(leader is not None)
-        if name.get_visible():
-            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
-
-
-def _obstacles(axes: Axes, names: Sequence[Annotation]) -> tuple[list[Line], list[Bbox]]:
-    """Return what names avoid, in pixels: the lines, and the boxes of other texts."""
+    annotations = [name for name, *_ in names]
+    taken = [extent(text) for text in axes.texts if text.get_visible() and text not in annotations]
     lines = []
     for line in axes.lines:
         if line.get_linestyle() != "None":
             lines.append(line.get_transform().transform_path(line.get_path()))
-    boxes = [extent(text) for text in axes.texts if text.get_visible() and text not in names]
-    return lines, boxes
+    for name, texts, row in names:
+        name.set_visible(True)  # an invisible one has no size
+        for text in texts:
+            name.set_text(text)
+            cost, box, leader = _best_place(axes, dots, row, extent(name), lines, taken)
+            if cost < _BAD:
+                break
+        name.set_visible(cost < np.inf)
+        name.xyann = tuple((box.p0 - dots[row]) / point + 1)
+        arrow: Any = name.arrow_patch
+        arrow.set_visible(leader is not None)
+        taken.append(box.padded(_GAP * point, 0))
+        if leader is not None:
+            lines.append(leader)
 
 
 def _best_place(
     axes: Axes, dots: Array, row: int, text: Bbox, lines: Sequence[Line], taken: Sequence[Bbox]
-) -> _Place:
-    """Return the best place of a text near its dot, whose cost is infinite if there is no room.
+) -> tuple[float, Bbox, Line | None]:
+    """Return the best place of a text near its dot: its cost, its box, a line from afar.
+
+    The cost is the distance in points; what the text or its line would cover adds to it. It is
+    infinite if there is no room.
 
     Args:
         axes: The axes.
@@ -553,44 +529,35 @@ def _best_place(
         row: The row of that of the text.
         text: A box of the size of the text.
         lines: Lines, which texts avoid.
-        taken: Boxes of other texts.
+        taken: Boxes of other texts, over which there is no room.
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
     others = np.delete(dots, row, axis=0)
-    best: _Place = (np.inf, Bbox.null(), None)
+    best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
         if best[0] < reach:  # whatever is farther costs more
             break
         low = dots[row] + reach * point * side[:2] - side[2:] * size
         box = Bbox([low, low + size])
-        is_inside = np.all([box.min > axes.bbox.min, box.max < axes.bbox.max])
-        if not is_inside or any(other.overlaps(box) for other in taken):
+        if box.count_overlaps(taken) or not all(map(axes.bbox.contains, *box.corners().T)):
             continue
         clear = box.padded(_CLEAR * point)
         n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
-        gaps = np.hypot(*(np.clip(others, box.p0, box.p1) - others).T)
         leader = None
+        radius = reach * point  # it would name the nearest dot
         if reach > _NEAR:
-            leader = Line([dots[row], (box.p0 + box.p1) / 2])
+            radius = _MARK * point
+            middle = (box.p0 + box.p1) / 2
+            leader = Line([dots[row], middle])
             n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
-            gaps = np.minimum(gaps, _distances(others, leader))
-        elif (gaps < reach * point).any():  # it would name the nearest dot
-            n_bad += 1
-        n_bad += int(np.sum(gaps < _MARK * point))
-        cost = reach + _BAD * n_bad
-        if cost < best[0]:
-            best = (cost, box, leader)
+            steps = np.linspace(dots[row], middle, _STEPS)
+            gaps = np.abs(others[:, None] - steps).max(axis=2)
+            n_bad += int(np.sum(gaps.min(axis=1) < radius))
+        n_bad += box.padded(radius).count_contains(others)
+        if reach + _BAD * n_bad < best[0]:
+            best = (reach + _BAD * n_bad, box, leader)
     return best
-
-
-def _distances(dots: Array, line: Line) -> Array:
-    """Return how far ``(n, 2)`` dots are from a straight line between two points."""
-    start, end = np.asarray(line.vertices, float)
-    way = end - start
-    shares = np.clip((dots - start) @ way / (way @ way), 0.0, 1.0)
-    gaps: Array = np.hypot(*(dots - start - shares[:, None] * way).T)
-    return gaps
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -602,10 +569,7 @@ def literal(name: object, most: int = 40) -> str:
         >>> print(literal("a very long name of mesh 17", 16))
         a very l…mesh 17
     """
-    text = str(name)
-    if isinstance(name, float):
-        text = f"{name:.6g}"
-    text = " ".join(text.split())
+    text = " ".join(str(name).split())
     if len(text) > most:
         text = f"{text[: most // 2]}…{text[-((most - 1) // 2) :]}"
     return text.replace("$", r"\$")
@@ -656,16 +620,15 @@ def places_between(
         >>> places_between([2.0, 3.0], 4.0, 2.0)
         (array([1. , 0.5]), False)
     """
-    points = np.asarray(values, dtype=float) / 2  # halves, as differences may overflow
-    ends = np.array([worst, best]) / 2
+    points = np.asarray(values, dtype=float)
+    ends = np.array([worst, best])
     is_log = spans_decades(ends)
     if is_log:
         points = np.log10(np.maximum(points, np.finfo(float).tiny))
         ends = np.log10(ends)
     if ends[0] == ends[1]:
         return np.ones(len(points)), False
-    with np.errstate(over="ignore"):
-        return (points - ends[0]) / (ends[1] - ends[0]), is_log
+    return (points - ends[0]) / (ends[1] - ends[0]), is_log
 
 
 def set_log(axes: Axes, letter: str, factors: Sequence[float] = (1.0,)) -> None:
