@@ -118,8 +118,8 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
     [
         ("name = 'a'\n[limits\nstress = 5", "at line 2, column 8"),
         ("[limits]\n[limits]", "at line 2, column 8"),
-        ("[variables]\nHöhe = {bounds = [1, 2]}\n", 'line 2.*stands in quotes, as "Höhe"'),
-        ('name = "\\S"', "between '…' it stays as it is"),
+        ("[variables]\nHöhe = {bounds = [1, 2]}\n", 'line 2.*a name such as "Höhe" in quotes'),
+        ('name = "\\S"', r"a text with \\ stands between '…'"),
         ("", "variables must be a mapping from names to settings, got None"),
     ],
 )

@@ -183,8 +183,8 @@ CHUTE = SphereChute()
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
         (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),
         (SphereChute, {"uncertainty": {"mu": 0.4}}, TypeError, r"uncertainty\['mu'\] must be a distribution such as"),
-        (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
-        (Required(CHUTE, ["x1 + x2 = 1"]), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of variables that are in no equality"),
+        (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are neither fixed nor in an equality"),
+        (Required(CHUTE, ["x1 + x2 = 1"]), {"tolerances": {"x1": 0.1}}, ValueError, "nor in an equality, got .x1.; fix it or give the rule outside"),
         (SphereChute, {"uncertainty": {"mu": stats.norm(0.4, -0.01)}}, ValueError, "must be a distribution with finite quantiles"),
     ],
 )  # fmt: skip

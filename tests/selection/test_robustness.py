@@ -101,6 +101,7 @@ def test_named_designs_and_bounds_of_the_scenario():
     ]
     options = {"uncertainty": {"k": stats.uniform(0.5, 0.5)}, "n_scenarios": 63}
     kept = robustness(mixed, designs, **options).sort_index()
+    assert robustness(mixed, pd.DataFrame(designs), **options).sort_index().equals(kept)
     expected = [0, np.mean(Robust(mixed, **options).parameters[:, 0] < 0.75), 0]
     assert kept["infeasible_share"].tolist() == expected
     assert kept[["a", "m", "b"]].to_dict("records") == designs

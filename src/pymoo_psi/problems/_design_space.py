@@ -47,17 +47,15 @@ class Variable:
 
     def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
+        low, high = self._ends
         if self.kind.real:
-            low, high = self._ends
             values = low + (high - low) * points
             if self.kind is Kind.LOG:
                 values = np.exp(values)
             # A point 1, which no sequence has, may be rounded to a value above the bound.
             return np.asarray(np.clip(values, self.lower, self.upper))
         # n values share [0, 1) in n equal parts; a point 1 gives upper, the last one
-        count = self.upper - self.lower + 1
-        steps = self.lower + np.floor(count * points)
-        steps = np.minimum(steps, self.upper)
+        steps = np.minimum(low + np.floor((high - low + 1) * points), high)
         if self.kind is Kind.CHOICE:
             # fromiter: options may be sequences themselves
             return np.fromiter((self.options[int(step)] for step in steps), object)
@@ -65,17 +63,13 @@ class Variable:
 
     def places(self, values: AnyArray) -> Array:
         """Return ``(n,)`` numbers that stand for values, in [0, 1] for those within the bounds."""
-        if self.kind.real:
-            low, high = self._ends
-            if high <= low:
-                return np.zeros(len(values))
-            steps = self._on_scale(values.astype(np.float64)) - low
-            return np.asarray(steps / (high - low))
-        if self.kind is Kind.CHOICE:
-            texts = list(map(option_text, self.options))
-            values = np.array([texts.index(option_text(value)) for value in values.tolist()])
-        count = self.upper - self.lower + 1
-        return (values.astype(np.float64) - self.lower + 0.5) / count
+        low, high = self._ends
+        numbers = self._numbers(values)
+        if not self.kind.real:
+            return (numbers - low + 0.5) / (high - low + 1)
+        if high <= low:
+            return np.zeros(len(values))
+        return (numbers - low) / (high - low)
 
     def are_near(self, values: AnyArray, reach: float) -> Mask:
         """Return ``(n,)`` whether values are options, or within the bounds.
@@ -84,11 +78,9 @@ class Variable:
             values: The values.
             reach: By how many widths of the bounds they may be outside.
         """
-        if self.kind is Kind.CHOICE:
-            return np.isin([*map(option_text, values)], [*map(option_text, self.options)])
         low, high = self._ends
         beyond = reach * (high - low)
-        numbers = self._on_scale(values.astype(np.float64))
+        numbers = self._numbers(values)
         return np.asarray((numbers >= low - beyond) & (numbers <= high + beyond))
 
     @property
@@ -96,9 +88,16 @@ class Variable:
         """The bounds on the scale."""
         return self._on_scale(np.array([self.lower, self.upper]))
 
-    def _on_scale(self, values: Array) -> Array:
-        """Return real values on the scale on which they are evenly distributed."""
-        return np.log(np.maximum(values, _LEAST)) if self.kind is Kind.LOG else values
+    def _on_scale(self, numbers: Array) -> Array:
+        """Return numbers on the scale on which values are evenly distributed."""
+        return np.log(np.maximum(numbers, _LEAST)) if self.kind is Kind.LOG else numbers
+
+    def _numbers(self, values: AnyArray) -> Array:
+        """Return ``(n,)`` values on the scale; for a choice the indices of options, NaN if none."""
+        if self.kind is not Kind.CHOICE:
+            return self._on_scale(values.astype(np.float64))
+        indices = {option_text(option): float(j) for j, option in enumerate(self.options)}
+        return np.array([indices.get(option_text(value), np.nan) for value in values.tolist()])
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
         """Return the part of [0, 1] whose values lie between two limits.

@@ -8,6 +8,7 @@ distribution of the sum of the remaining variables, uniform and independent of e
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -32,48 +33,55 @@ class _Equality:
     """
 
     def __init__(self, columns: AnyArray, coefficients: Array, total: float) -> None:
-        self._columns = columns
-        self._widths = np.abs(coefficients)
-        self._is_reversed = coefficients < 0  # whether a variable counts from its upper bound
-        total += self._widths[self._is_reversed].sum()
-        if 2 * total > self._widths.sum():  # the distances from the other bounds are smaller
-            self._is_reversed = ~self._is_reversed
-            total = self._widths.sum() - total
+        widths = np.abs(coefficients)
+        is_reversed = coefficients < 0  # whether a variable counts from its upper bound
+        total += widths[is_reversed].sum()
+        if 2 * total > widths.sum():  # the distances from the other bounds are smaller
+            is_reversed = ~is_reversed
+            total = widths.sum() - total
         self._total = total
-        # Distribution functions of the sums of the last variables, in units of their last values.
-        self._x = np.linspace(0, total, _INTERVALS + 1)
-        shares = np.minimum(self._x / self._widths[-1], 1)
-        self._shares = [shares]
-        for width in self._widths[-2:0:-1]:
+        self._sums = np.linspace(0, total, _INTERVALS + 1)
+        # For each variable but the last: its column, its width, whether it is reversed, the widths
+        # of those after it, and the distribution function of their sum at the sums.
+        self._variables: list[Any] = []
+        shares = np.minimum(self._sums / widths[-1], 1)
+        for k in range(len(columns) - 2, -1, -1):
+            others = widths[k + 1 :].sum()
+            self._variables.insert(0, (columns[k], widths[k], is_reversed[k], others, shares))
             areas = np.cumsum(shares) - shares / 2
-            shares = areas - np.interp(self._x - width, self._x, areas)
+            shares = areas - np.interp(self._sums - widths[k], self._sums, areas)
             shares /= shares[-1]
-            self._shares.append(shares)
 
-    def convert(self, positions: Array, *, fill: bool) -> None:
-        """Replace points of the unit cube by positions that meet the equality, or the reverse.
+    def fill(self, points: Array) -> None:
+        """Replace ``(n, n_var)`` points of the unit cube by positions that meet the equality.
 
-        Args:
-            positions: ``(n, n_var)``; the columns of the equality change but for the last one.
-            fill: Whether they are points.
+        The columns of the equality change but for the last one.
         """
-        rest = np.full(len(positions), self._total)
-        for k, column in enumerate(self._columns[:-1]):
-            width = self._widths[k]
-            shares = self._shares[-1 - k]
-            low = np.maximum(rest - self._widths[k + 1 :].sum(), 0)
-            high = np.maximum(np.minimum(width, rest), low)
-            most = np.interp(rest - low, self._x, shares)
-            least = np.interp(rest - high, self._x, shares)
-            if fill:
-                share = most - positions[:, column] * (most - least)
-                values = np.clip(rest - np.interp(share, shares, self._x), low, high)
-                positions[:, column] = np.abs(self._is_reversed[k] - values / width)
-            else:
-                values = np.abs(self._is_reversed[k] - positions[:, column]) * width
-                share = most - np.interp(rest - values, self._x, shares)
-                positions[:, column] = share / np.maximum(most - least, _TINY)
+        rest = np.full(len(points), self._total)
+        for column, width, is_reversed, others, shares in self._variables:
+            low, high, least, most = self._given(rest, width, others, shares)
+            share = most - points[:, column] * (most - least)
+            values = np.clip(rest - np.interp(share, shares, self._sums), low, high)
+            points[:, column] = np.abs(is_reversed - values / width)
             rest = rest - values
+
+    def invert(self, positions: Array) -> None:
+        """Replace positions by the points that :meth:`fill` replaces by them."""
+        rest = np.full(len(positions), self._total)
+        for column, width, is_reversed, others, shares in self._variables:
+            _, _, least, most = self._given(rest, width, others, shares)
+            values = np.abs(is_reversed - positions[:, column]) * width
+            share = most - np.interp(rest - values, self._sums, shares)
+            positions[:, column] = share / np.maximum(most - least, _TINY)
+            rest = rest - values
+
+    def _given(self, rest: Array, width: float, others: float, shares: Array) -> Any:
+        """Return the ends of a variable given the rest of the total, and the shares there."""
+        low = np.maximum(rest - others, 0)
+        high = np.maximum(np.minimum(width, rest), low)
+        most = np.interp(rest - low, self._sums, shares)
+        least = np.interp(rest - high, self._sums, shares)
+        return low, high, least, most
 
 
 class Polytope:
@@ -148,7 +156,7 @@ class Polytope:
         """Return ``(n, n_var)`` points of places between the bounds, their inverse."""
         points = positions.copy()
         for equality in self._filled:
-            equality.convert(points, fill=False)
+            equality.invert(points)
         return np.clip(points, 0, 1)
 
     def _positions(self, points: Array) -> Array:
@@ -156,7 +164,7 @@ class Polytope:
         positions = points.copy()
         positions[:, self.dependent] = 0
         for equality in self._filled:
-            equality.convert(positions, fill=True)
+            equality.fill(positions)
         # not a matrix product, whose last digits depend on how many points there are
         sums = (positions[:, None] * self._rows[:, :-1]).sum(axis=2)
         positions[:, self.dependent] = self._rows[:, -1] - sums

@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from itertools import chain
 from typing import Any, Literal
-from weakref import WeakValueDictionary
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
@@ -41,9 +40,6 @@ from pymoo_psi.problems._wrapped import (
 # in parts of this size, and the designs of a part that raises, one by one: 64 designs take at most
 # 128 evaluations, and one culprit among 65 536 is found in 1100 calls.
 _PART = 64
-# Vectorised problems whose values have been seen to be a row for each design, by their id (they may
-# have no hash). Those of as many designs as there are values would not show it.
-_WITH_ROWS: WeakValueDictionary[int, Any] = WeakValueDictionary()
 # Values of a design that failed.
 _FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 # Constraint violation of a failed design: above any other, and finite for sums and ratios.
@@ -185,9 +181,7 @@ class CheckedFunction:
 
     def together(self, X: Any) -> Values:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
-        has_rows = _WITH_ROWS.get(id(self.problem)) is self.problem
-        is_square = len(X) > 1 and len(X) in self.sizes.values()
-        if is_square and not has_rows:
+        if len(X) > 1 and len(X) in self.sizes.values():  # a row for each would not show
             return self._in_parts(X)
         try:
             raw = self._raw(X)
@@ -198,7 +192,6 @@ class CheckedFunction:
             if len(X) == 1:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
-        _WITH_ROWS[id(self.problem)] = self.problem
         out["failure"] = _clear_failures(out, self._stated(raw, len(X)))
         _warn_of_failure(raw)
         for name, value in raw.items():
@@ -312,8 +305,7 @@ def _flaw(values: Values) -> str:
     """Return why values of a design cannot be used, empty if they can."""
     for name in ("F", "G", "H"):
         numbers = values[name]
-        # The maximum is NaN if one of the numbers is, and faster than isnan of all of them.
-        if numbers.size and np.isnan(np.maximum.reduce(numbers)):
+        if np.isnan(numbers).any():
             return f"{name} is {numbers.tolist()}"
     if not np.isfinite(values["F"]).all() and meets_constraints(values["G"], values["H"]):
         return f"F is {values['F'].tolist()} though the design is feasible"

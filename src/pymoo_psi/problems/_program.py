@@ -213,10 +213,8 @@ class ProgramProblem(ElementwiseProblem):
             return cls(**needed | sections, base=path.parent, **kwargs)
         except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
             message = f"{path}: {error}"
-            if "Unescaped" in str(error):
-                message += "; between '…' it stays as it is"
-            if re.search("after a key|Invalid statement", str(error)):
-                message += '; a name with other letters than a-z stands in quotes, as "Höhe"'
+            if isinstance(error, tomllib.TOMLDecodeError):
+                message += "; a text with \\ stands between '…', a name such as \"Höhe\" in quotes"
             raise ArgumentValueError(message) from error
 
     # What is checked before any run

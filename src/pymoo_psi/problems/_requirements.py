@@ -42,12 +42,14 @@ class Requirement:
         rule: An inequality or a linear equality of expressions.
         sign: The sign between the expressions.
         terms: The expressions in their order.
+        equality: The coefficients of all variables in an equality, and what they add up to.
     """
 
     name: str
     rule: str
     sign: str
     terms: Sequence[Any]
+    equality: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, name: str, rule: Any, variables: Names) -> Requirement:
@@ -70,7 +72,7 @@ class Requirement:
             known_names(f"a name in {where}", term.columns, variables)
         requirement = cls(name, rule, signs[0], terms)
         if requirement.sign == "=":
-            requirement.equality(variables)  # one that is not linear is refused here
+            return replace(requirement, equality=requirement._linear(variables))
         return requirement
 
     @property
@@ -86,7 +88,7 @@ class Requirement:
         Args:
             columns: ``(n,)`` values of the variables by name.
         """
-        if self.sign == "=":
+        if self.equality:
             return self._deviation(columns)
         values = [term.values(columns) for term in self.terms]
         with np.errstate(invalid="ignore"):
@@ -96,17 +98,15 @@ class Requirement:
 
     def _deviation(self, columns: Entries) -> Array:
         """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
-        *coefficients, total = self.equality([*columns])
-        deviations: Any = -total
-        sizes: Any = abs(total)
+        *coefficients, total = self.equality
+        terms: list[Any] = [-total]
         for coefficient, values in zip(coefficients, columns.values(), strict=True):
             if coefficient != 0:
-                deviations = deviations + coefficient * values
-                sizes = sizes + np.abs(coefficient * values)
-        amounts = np.nan_to_num(np.abs(deviations), nan=np.inf)
-        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
+                terms.append(coefficient * values)
+        amounts = np.nan_to_num(np.abs(sum(terms)), nan=np.inf)
+        return np.where(amounts > _ACCURACY * sum(map(np.abs, terms)), amounts, 0.0)
 
-    def equality(self, variables: Names) -> list[float]:
+    def _linear(self, variables: Names) -> tuple[float, ...]:
         """Return the coefficients of all variables in an equality, and what they add up to.
 
         Raises:
@@ -132,7 +132,7 @@ class Requirement:
                 self.rule,
                 "two inequalities allow a tolerance; equal bounds fix a variable",
             )
-        return [*coefficients.tolist(), -values[n].item()]
+        return (*coefficients.tolist(), -values[n].item())
 
 
 def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
@@ -217,12 +217,9 @@ class Required(WrappedProblem):
         texts = [requirement.text for requirement in self.required]
         self.rule_names = numbered("g", texts, first=n + 1)
         self.names = column_titles(problem) | self.rule_names
-        equalities = [*self._space.equalities]
-        for requirement in self.required:
-            if requirement.sign == "=":
-                equalities.append(tuple(requirement.equality(self._space.titles)))
+        equalities = [rule.equality for rule in self.required if rule.equality]
         if equalities:
-            self.space = replace(self._space, equalities=tuple(equalities))
+            self.space = replace(self._space, equalities=(*self._space.equalities, *equalities))
             self._space = design_space(self)
 
     def amounts(self, matrix: AnyArray) -> Array:

@@ -148,10 +148,10 @@ class Robust(WrappedProblem):
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
         schema = problem_schema(nominal, self.space)
-        columns = [*schema.variables, *schema.objectives]
-        default_names = [*self.space.variable_names, *numbered("f", schema.objectives)]
-        self.names = dict(zip(default_names, columns, strict=True))
-        self.units = {name: schema.units[name] for name in columns if name in schema.units}
+        self.names = dict(zip(self.space.variable_names, schema.variables, strict=True))
+        self.names |= numbered("f", schema.objectives)
+        names = self.names.values()
+        self.units = {name: unit for name, unit in schema.units.items() if name in names}
         self._constraints = schema.constraints
 
     def name(self) -> str:
@@ -251,19 +251,13 @@ def _column(space: DesignSpace, title: str) -> int:
     known_name("a variable of tolerances", title, space.titles)
     j = space.titles.index(title)
     variable = space.variables[j]
-    if any(row[j] for row in space.equalities):  # no scenario would meet it
+    is_in_equality = any(row[j] for row in space.equalities)  # which no scenario would meet
+    if variable.fixed or not variable.kind.real or is_in_equality:
         raise invalid(
             "tolerances",
-            "of variables that are in no equality of the problem's requirements",
+            "of real variables that are neither fixed nor in an equality",
             title,
-            "to keep one for the nominal values alone, give Required(Robust(problem, ...), rule)",
-        )
-    if variable.fixed or not variable.kind.real:
-        raise invalid(
-            "tolerances",
-            "of real variables that are not fixed",
-            title,
-            "to fix one, give Restricted(Robust(problem, ...), bounds)",
+            "fix it or give the rule outside, as Required(Robust(problem, ...), rule)",
         )
     return j
 
@@ -296,10 +290,8 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
     """
     integer("n_scenarios", n_scenarios, minimum=1)
     scenarios = lp_tau(n_scenarios, len(tolerances) + len(uncertainty), first=2)
-    columns = iter(scenarios.T)
-    for title, tolerance in tolerances.items():
+    for column, (title, tolerance) in zip(scenarios.T, tolerances.items(), strict=False):
         argument = f"tolerances[{title!r}]"
-        column = next(columns)
         if isinstance(tolerance, Real):
             deviation = finite_number(argument, tolerance)
             if deviation < 0:
@@ -307,8 +299,8 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
             column[:] = deviation * (2 * column - 1)
         else:
             column[:] = _quantiles(argument, tolerance, column)
-    for parameter, distribution in uncertainty.items():
-        column = next(columns)
+    uncertain = scenarios.T[len(tolerances) :]
+    for column, (parameter, distribution) in zip(uncertain, uncertainty.items(), strict=True):
         column[:] = _quantiles(f"uncertainty[{parameter!r}]", distribution, column)
     return scenarios
 

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, invalid
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.problems import Robust, design_space, untolerant
+from pymoo_psi.problems import DesignSpace, Robust, design_space, untolerant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,8 +108,8 @@ def robustness(
 
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     names = list(robust.space.variable_names)
-    designs = _designs(X, names)
-    F, feasible = _in_scenarios(robust, robust.space.to_matrix(designs))
+    designs = _matrix(X, robust.space)
+    F, feasible = _in_scenarios(robust, designs)
     counts = np.zeros((len(designs), 3))
     regret = np.full(feasible.shape, np.nan)
     for k, rows in enumerate(map(np.flatnonzero, feasible)):
@@ -123,9 +122,7 @@ def robustness(
         # design is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
         regret[k, rows] = mu1 - mu1[ranking.pareto].min()
-    frame = pd.DataFrame(list(designs))
-    if not isinstance(designs[0], Mapping):  # a matrix has no names of variables
-        frame.columns = names
+    frame = pd.DataFrame(designs, columns=names).infer_objects()
     frame[["optimum_share", "efficient_share", "pareto_share"]] = counts / len(feasible)
     frame["infeasible_share"] = (~feasible).mean(axis=0)
     regrets = pd.DataFrame(regret)  # whose mean and maximum omit NaN
@@ -135,17 +132,17 @@ def robustness(
     return frame.sort_values(order, ascending=[False, False, True, True], kind="stable")
 
 
-def _designs(X: Any, names: list[str]) -> Designs:
-    """Return designs as an ``(n, n_var)`` matrix, or as an ``(n,)`` array of mappings.
+def _matrix(X: Any, space: DesignSpace) -> Designs:
+    """Return designs as an ``(n, n_var)`` matrix of the values of all variables.
 
     The columns of a frame are in any order, if they are called as the variables are.
     """
-    # next(iter(X)), as X[0] of a data frame is a column.
-    if not isinstance(X, np.ndarray) and len(X) > 0 and isinstance(next(iter(X)), Mapping):
-        return np.fromiter(X, object)
+    names = space.variable_names
     if {*getattr(X, "columns", ())} == {*names}:
-        X = X[names]
+        X = X[[*names]]
     designs = np.array(X)
+    if designs.ndim == 1 and len(designs) and isinstance(designs[0], Mapping):
+        return space.to_matrix(designs)
     if len(designs) == 0 or designs.shape[1:] != (len(names),):
         rule = f"designs of {len(names)} variables, in an array (n, n_var), n >= 1"
         raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
@@ -163,15 +160,5 @@ def _in_scenarios(robust: Robust, matrix: Designs) -> tuple[Array, Mask]:
         if all(reasons[k]) and untolerant(problem) is problem:  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
-        feasible[k] &= _within_bounds(matrix, problem)
+        feasible[k] &= design_space(problem).are_near(matrix)
     return F, feasible
-
-
-def _within_bounds(matrix: Designs, problem: Any) -> Mask:
-    """Return ``(n,)`` whether designs lie within the bounds of a problem."""
-    within = np.ones(len(matrix), dtype=bool)
-    for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
-        if variable.kind is not Kind.CHOICE:
-            values = column.astype(np.float64)
-            within &= (variable.lower <= values) & (values <= variable.upper)
-    return within

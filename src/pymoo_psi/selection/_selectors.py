@@ -22,9 +22,7 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import (
     Array,
     Entries,
-    Received,
     Rows,
-    counted,
     finite_array,
     invalid,
     is_real,
@@ -340,8 +338,7 @@ def compare_selectors(
         be none.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` is invalid, weights do not fit, or a selector of
-            another package fails on so few designs.
+        ArgumentValueError: ``F`` or ``maximize`` is invalid, or weights are not finite.
         ArgumentTypeError: ``selectors`` is not a mapping, or one of them has no method ``do``.
 
     Example:
@@ -369,20 +366,11 @@ def compare_selectors(
             elif isinstance(selector, Decomposition):
                 rows = np.argmin(selector.do(distances.copy(), weights))
             else:
-                rows = _chosen_by(name, selector, values.copy())
+                rows = selector.do(values.copy())
         if rows is None:
             rows = []
         chosen[name] = _rows_of(F, ranking, np.atleast_1d(front[rows]))
     return chosen
-
-
-def _chosen_by(name: str, selector: Any, values: Array) -> Any:
-    """Return what a selector of another package chooses; some need three designs or more."""
-    try:
-        return selector.do(values)
-    except ValueError as error:
-        rule = f"a selector that can choose among {counted(len(values), 'design')}"
-        raise invalid(f"selectors[{name!r}]", rule, Received(error)) from error
 
 
 def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
@@ -394,14 +382,12 @@ def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
 
 def _with_weights(name: str, selector: Any, m: int) -> tuple[Any, Array]:
     """Return a selector of another package, and the weights of a pair, or else equal ones."""
-    weights = np.ones(m)
+    weights: Any = np.ones(m)
     if isinstance(selector, tuple):
         selector, weights = selector
-        weights = finite_array(f"the weights of selectors[{name!r}]", weights)
-        require_shape(f"the weights of selectors[{name!r}]", weights, (m,))
     if not hasattr(selector, "do"):
         raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
-    return selector, weights
+    return selector, finite_array(f"the weights of selectors[{name!r}]", weights)
 
 
 def _of_sum_one(weights: ArrayLike | None) -> Array | None:
