@@ -84,9 +84,10 @@ class Variable:
         return np.asarray((numbers >= low - beyond) & (numbers <= high + beyond))
 
     @property
-    def _ends(self) -> Array:
+    def _ends(self) -> tuple[float, float]:
         """The bounds on the scale."""
-        return self._on_scale(np.array([self.lower, self.upper]))
+        low, high = self._on_scale(np.array([self.lower, self.upper])).tolist()
+        return low, high
 
     def _on_scale(self, numbers: Array) -> Array:
         """Return numbers on the scale on which values are evenly distributed."""
