@@ -9,9 +9,8 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pymoo_psi._names import require_no_other_name
 from pymoo_psi._validation import FilePath
 
 if TYPE_CHECKING:
@@ -82,13 +81,6 @@ def with_unit(name: str, unit: str) -> str:
 class Shown:
     """A class that a notebook shows as one line and a short table."""
 
-    if not TYPE_CHECKING:  # type checkers would take every name for an attribute
-
-        def __getattr__(self, name: str) -> Any:
-            """Raise the error of a missing attribute, which may say what it is called here."""
-            require_no_other_name(type(self).__name__, name)
-            return object.__getattribute__(self, name)  # raises that of Python
-
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         """Return the first n rows for a reader, and the number of all rows."""
         frame = self.to_frame()  # type: ignore[attr-defined]  # of every class that is shown
@@ -99,12 +91,9 @@ class Shown:
         from pandas import option_context
 
         page = _paragraph(repr(self))
-        try:
-            frame, n = self._first_rows(ROWS)
-            with option_context("display.max_colwidth", None, "display.precision", 5):
-                table = frame.to_html(max_cols=_COLUMNS, na_rep="", notebook=True)
-        except ValueError:  # names that do not fit into one table
-            return page
+        frame, n = self._first_rows(ROWS)
+        with option_context("display.max_colwidth", None, "display.precision", 5):
+            table = frame.to_html(max_cols=_COLUMNS, na_rep="", notebook=True)
         if n > len(frame):
             page += _paragraph(f"The first {len(frame)} of {n} rows:")
         return page + table

@@ -292,17 +292,10 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     # asarray would take the numbers under the mask for values. NumPy imports its masks when needed.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise invalid(name, "without masked values", Received("a masked array"), remedy)
-    try:
-        array = np.asarray(value)
-    except ValueError as error:  # rows of unequal length
-        problem = f"{name} must be a rectangular array of numbers: {error}"
-        raise ArgumentValueError(problem) from error
+    array = np.asarray(value)
     # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
-        received: Any = value
-        if hasattr(value, "__array__"):
-            received = Received(f"dtype {array.dtype}")
-        raise wrong_type(name, "an array of real numbers", received, remedy)
+        raise wrong_type(name, "an array of real numbers", value, remedy)
     return array.astype(np.float64, copy=False)
 
 

@@ -156,7 +156,7 @@ def test_a_file_system_without_locks_is_refused(study, monkeypatch):
 
     monkeypatch.setattr("fcntl.lockf", refuse)
     refused(
-        "refuses locks \\(No locks available\\).*another file",
+        "cannot be used: No locks available; .* file system has locks",
         study.append,
         block(9, 4),
         error=StudyAccessError,

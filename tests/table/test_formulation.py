@@ -473,7 +473,7 @@ def test_limits_on_texts_that_do_not_fit(limits, said):
 
 def test_a_number_as_a_limit_on_true_and_false_is_refused():
     table = read_table(OFFERS, Formulation(["price", "days"]), variables=["coated"])
-    message = r"'coated', which is true or false, .* got 1; say True .* or \(None, 1\) for at most"
+    message = r"'coated', which is true or false, .* got 1; say \(1, None\) for at least or"
     refused(message, table.under, limits={"coated": 1})
     assert table.under(limits={"coated": (None, 0)}).feasible().tolist() == [
         False,

@@ -40,25 +40,11 @@ def other_result(block):
     return TestTable.of(table.numbers, **changed, schema=SCHEMA)
 
 
-def failed(reason):
-    table = run(8)
-    return TestTable.of(
-        table.numbers, table.X, table.F, table.G, schema=SCHEMA, reasons={2: reason}
-    )
-
-
-def graded(*grades):
-    """A run with an output that has the name of what a frame says of each test."""
-    return run(2).with_outputs({"status": grades})
-
-
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: graded(1, 2).merge(graded(1, 7)), ValueError, "got 2.0 and 7.0 as status of test 2"),
         (lambda: run(8).merge(other_result("X")), ValueError, "tests must be the same for each number, got .* and -0.25 as x1 of test 4; do not join"),
         (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test 4"),
-        (lambda: run(8).merge(failed("crash")), ValueError, "got ok and failed as status of test 2"),
         (lambda: run(8).merge(run(8, 9, SCHEMA.changed(upper={"x2": 2.0}))), ValueError, "got upper of x2 1.0 against 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(SCHEMA, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
         (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "of one problem and formulation .* got formulation"),

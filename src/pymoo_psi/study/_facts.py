@@ -189,13 +189,13 @@ def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked")
         StudyMismatchError: It is none; the message says what differs.
     """
     require_same_model(path, facts.head, others.head, where)
-    if facts.share and others.share and facts.share[1] != others.share[1]:
-        parts = f"one of {facts.share[1]} shares, not of {others.share[1]}"
-        raise StudyMismatchError(f"study {path} is {parts}; give the name of another folder")
-    if len(facts.runs) > 1 or others.run_with(facts.runs[0].identity) is None:
+    numbers_of_shares = {share[1] for share in (facts.share, others.share) if share}
+    is_of_run = len(facts.runs) == 1 and others.run_with(facts.runs[0].identity) is not None
+    if len(numbers_of_shares) > 1 or not is_of_run:
         raise StudyMismatchError(
-            f"study {path} is a share of other points than those {where}; give the name of another "
-            "folder, or join the shares by 'pymoo-psi export' and go on with that study"
+            f"study {path} is a share of other points, or of another number of shares, than those "
+            f"{where}; give the name of another folder, or join the shares by 'pymoo-psi export' "
+            "and go on with that study"
         )
 
 

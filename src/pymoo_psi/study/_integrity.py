@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -114,26 +114,22 @@ def reported(path: str, *system: type[OSError]) -> Iterator[None]:
         problem = getattr(error, "strerror", None) or error
         raise StudyAccessError(
             f"study {path} cannot be used: {problem}; see that its folder exists, that you may "
-            "write it, that the disk is not full, and that no other program keeps it busy; what "
-            "was stored before is kept"
+            "write it, that the disk is not full, that the file system has locks, and that no "
+            "other program keeps it busy; what was stored before is kept"
         ) from error
     except sqlite3.DatabaseError as error:
         raise unreadable(path, str(error)) from error
 
 
 @contextmanager
-def intact(db: sqlite3.Connection, path: str) -> Iterator[None]:
-    """Turn errors of a body that only reads content into those of a damaged study.
-
-    They say what SQLite's own check finds in the file, or else what could not be read.
-    """
+def intact(path: str) -> Iterator[None]:
+    """Turn errors of a body that only reads content into those of a damaged study."""
     try:
         yield
     except PsiError:
         raise
     except (LookupError, TypeError, ValueError) as error:
-        (found,) = db.execute("PRAGMA integrity_check(1)").fetchone()
-        raise unreadable(path, str(error) if found == "ok" else found) from error
+        raise unreadable(path, str(error)) from error
 
 
 def unreadable(path: str, problem: str) -> StudyCorruptError:
@@ -208,23 +204,15 @@ def _opened(lock: str, path: str, wait: float) -> IO[str]:
     deadline = time.monotonic() + wait
     pause = _FIRST_PAUSE
     while True:
-        with reported(path, OSError):
-            file = open(lock, "a")  # noqa: SIM115
-        try:
-            _lock(file.fileno())
-            # The name may have passed to another file since this one was opened.
-            if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
-                return file
-        except (BlockingIOError, PermissionError, FileNotFoundError):
-            pass  # another process has it, or has removed it
-        except OSError as error:
-            file.close()
-            raise StudyAccessError(
-                f"study {path} cannot be used: its file system refuses locks ({error.strerror}), "
-                "without which two processes could write at once; mount it with locks, or put the "
-                "study on another file system"
-            ) from error
-        file.close()
+        with reported(path, OSError), ExitStack() as closing_file:
+            file = closing_file.enter_context(open(lock, "a"))
+            # Another process may have it, or have removed it.
+            with suppress(BlockingIOError, PermissionError, FileNotFoundError):
+                _lock(file.fileno())
+                # The name may have passed to another file since this one was opened.
+                if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
+                    closing_file.pop_all()
+                    return file
         left = deadline - time.monotonic()
         if left <= 0:
             raise StudyLockedError(

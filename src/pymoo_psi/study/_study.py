@@ -81,7 +81,6 @@ _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", 
 # Connections that a fork has inherited: SQLite neither uses nor closes them there.
 _INHERITED: list[sqlite3.Connection] = []
 _ROUNDED = 1e-9  # the most by which machines may differ in a result, relative to the largest one
-_AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
 
 class Study:
@@ -104,8 +103,6 @@ class Study:
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise wrong_type("study", "the name of a file", path)
-        if not os.fspath(path):
-            raise invalid("study", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             raise invalid(
@@ -326,7 +323,7 @@ class Study:
         (version,) = database.db.execute("PRAGMA data_version").fetchone()
         if version != database.version or self._id is None:
             database = Database(database.db, self.path, version)
-            with intact(database.db, self.path):
+            with intact(self.path):
                 require_study(database.db, self.path)
                 stored_id = database.get("id")
             if self._id not in (None, stored_id):
@@ -402,11 +399,9 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
         for number, identity in identities.items():
             run = int(number)
             database.add_run(identity, run)
-            (rows,) = np.nonzero(columns["run"] == run)
-            for start in range(0, len(rows), _AT_A_TIME):
-                part = rows[start : start + _AT_A_TIME]
-                tests = {name: column[part] for name, column in columns.items()}
-                database.append(run, tests, 0)
+            is_of_run = columns["run"] == run
+            tests = {name: column[is_of_run] for name, column in columns.items()}
+            database.append(run, tests, 0)
 
 
 def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:

@@ -13,6 +13,7 @@ from pymoo_psi._validation import (
     Array,
     Columns,
     Mask,
+    Names,
     Received,
     Rows,
     finite_array,
@@ -134,15 +135,19 @@ def _matrix(designs: Any, variables: Sequence[Column] | None) -> tuple[AnyArray,
     """Return designs in any form as a new ``(n, n_var)`` array, and the variables."""
     if isinstance(designs, str) or not isinstance(designs, Iterable):
         raise wrong_type("X", "an (n, n_var) array, rows, mappings or a frame", designs)
-    if isinstance(designs, np.ndarray) and designs.ndim != 1:
+    if isinstance(designs, np.ndarray) and designs.ndim > 1:
         array = np.array(designs, order="C")
     else:
         frame: Any = designs
-        is_frame = source_type(frame) == "frame"
-        rows = frame.to_dict("records") if is_frame else list(frame)
-        if variables is None and rows and isinstance(rows[0], Mapping):
-            variables = [Column(name, VARIABLE, None) for name in rows[0]]
-        array = _array_of_rows(rows, variables or ())
+        rows = frame.to_dict("records") if source_type(frame) == "frame" else [*frame]
+        if rows and isinstance(rows[0], Mapping):
+            if variables is None:
+                variables = [Column(name, VARIABLE, None) for name in rows[0]]
+            rows = _rows_of_mappings(rows, [column.name for column in variables])
+        array = np.array(rows, dtype=object)
+        types = {type(plain(cell)) for cell in array.ravel().tolist()}
+        if types == {int, float} and not (variables and all(column.kind for column in variables)):
+            array = array.astype(np.float64)
     if variables is None and array.ndim == 2:
         variables = Schema.of(array.shape[1]).with_role(VARIABLE)
     n_var = "n_var" if variables is None else len(variables)
@@ -151,23 +156,9 @@ def _matrix(designs: Any, variables: Sequence[Column] | None) -> tuple[AnyArray,
     return array, variables
 
 
-def _array_of_rows(rows: Sequence[Any], variables: Sequence[Column]) -> AnyArray:
-    """Return rows as an array; of float64 if whole numbers beside fractions are real."""
-    names = [column.name for column in variables]
-    is_declared = bool(names) and all(column.kind for column in variables)
-    cells = []
+def _rows_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
+    """Return mappings from variable to value as rows of values."""
     for row in rows:
-        if isinstance(row, Mapping):
-            if row.keys() != {*names}:
-                rule = f"mappings of the variables {', '.join(map(str, names))}"
-                raise invalid("X", rule, row)
-            row = [row[name] for name in names]
-        cells.append(row)
-    try:
-        array = np.array(cells, dtype=object)
-    except ValueError as error:
-        raise invalid("X", "rows of one length", Received(error)) from None
-    types = {type(plain(cell)) for cell in array.ravel().tolist()}
-    if types == {int, float} and not is_declared:
-        return array.astype(np.float64)
-    return array
+        if not isinstance(row, Mapping) or row.keys() != {*names}:
+            raise invalid("X", f"mappings of the variables {', '.join(names)}", row)
+    return [[row[name] for name in names] for row in rows]

@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from datetime import date as date_of
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -281,31 +281,28 @@ def _checked(where: str, entries: Any, kind: Any) -> Values:
     return values
 
 
-# Day, hour, minute, second, fraction, and sign, hour and minute of the offset: the text of DATE in
-# page/decisions.js, as what Python and browsers read as dates differs.
+# The text of DATE in page/decisions.js, as what Python and browsers read as dates differs.
 _DATE = re.compile(
-    r"^(\d{4}-\d\d-\d\d)(?:[T ]([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d)(?:\.(\d+))?)?"
-    r"(?:Z|([+-])([01]\d|2[0-3]):([0-5]\d))?)?$",
+    r"^(?!0000)\d{4}-\d\d-\d\d([T ](?:[01]\d|2[0-3]):[0-5]\d(?::[0-5]\d(?:\.\d+)?)?"
+    r"(Z|[+-](?:[01]\d|2[0-3]):[0-5]\d)?)?$",
     re.ASCII,
 )
 
 
-def _time_of(date: str) -> tuple[int, str, str]:
-    """Return minutes in UTC, the second and its fraction; an empty date is before all others."""
+def _time_of(date: str) -> datetime:
+    """Return the time of a date, in UTC without an offset; no date is before all others."""
     if not date:
-        return (0, "", "")
-    parts = _DATE.fullmatch(date)
+        return datetime.min.replace(tzinfo=timezone.utc)
     try:
-        if not parts:
+        if not _DATE.fullmatch(date):
             raise ValueError
-        day = date_of.fromisoformat(parts[1]).toordinal()  # there is no 30 February
+        time = datetime.fromisoformat(date.replace("Z", "+00:00"))  # there is no 30 February
     except ValueError:
         rule = "a date such as 2026-05-01 or 2026-05-01T10:30+02:00, or empty"
         raise invalid("date of a position", rule, date) from None
-    hour, minute, second, fraction, sign, hours, minutes = parts.groups("0")[1:]
-    offset = (-1 if sign == "-" else 1) * (int(hours) * 60 + int(minutes))
-    time = (day * 24 + int(hour)) * 60 + int(minute) - offset
-    return (time, second.zfill(2), fraction.rstrip("0"))
+    if time.tzinfo is None:
+        return time.replace(tzinfo=timezone.utc)
+    return time
 
 
 def _number(text: str) -> float:

@@ -135,23 +135,15 @@ class Limit(NamedTuple):
             remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
         free = [name for name in schema.values if name not in schema.constraints]
         known_name("a name in limits", name, free, remedy)
-        if not self.is_bare:
-            return self
-        upper = self.plain
-        at_most = f"(None, {upper}) for at most"
-        if schema[name].kind is Kind.BINARY:
+        column = schema[name]
+        if self.is_bare and (column.maximize or column.kind is Kind.BINARY):
+            upper = self.plain
+            what = "maximised" if column.maximize else "true or false"
             raise invalid(
-                f"{name!r}, which is true or false, in limits",
-                "True, False or a pair (lower, upper)",
-                upper,
-                f"say {bool(upper)} for this value alone or {at_most}",
-            )
-        if schema[name].maximize:
-            raise invalid(
-                f"{name!r}, which is maximised, in limits",
+                f"{name!r}, which is {what}, in limits",
                 "a pair (lower, upper)",
                 upper,
-                f"say ({upper}, None) for at least or {at_most}",
+                f"say ({upper}, None) for at least or (None, {upper}) for at most",
             )
         return self
 

@@ -6,7 +6,6 @@ A :class:`Schema` is a list of columns, each with its name, role, kind, unit, di
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -110,11 +109,7 @@ class Column(NamedTuple):
             ArgumentTypeError: A name or unit is not text, a bound not a number.
         """
         instance(f"the name of a column ({self.role})", self.name, str)
-        # UTF-8 has no code for half a surrogate pair, and SQLite ends a text at NUL.
-        if not self.name or re.search("[\0\ud800-\udfff]", self.name):
-            rule = "at least one Unicode character"
-            raise invalid(f"the name of a column ({self.role})", rule, self.name)
-        unit = unit_text(self.name, self.unit)
+        unit = instance(f"the unit of {self.name!r}", self.unit, str).strip()
         kind = self.kind
         if kind is not None:
             kind = Kind(known_name(f"the kind of {self.name!r}", kind, _KINDS))
@@ -209,17 +204,15 @@ class Schema:
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
         designs = column_names("variables", variables, "x")
-        unknown = [None] * len(designs)
-        if len(kinds) not in (0, len(designs)):
-            rule = f"{len(designs)} kinds, one for each variable"
-            raise invalid("kinds", rule, Received(len(kinds)))
+        unknown = np.full(len(designs), np.nan)
         bounds = []
         for side, values in (("lower", lower), ("upper", upper)):
-            bounds.append(unknown if values is None else real_array(side, values))
-            require_shape(side, np.asarray(bounds[-1]), (len(designs),))
+            bounds.append(real_array(side, unknown if values is None else values))
+            require_shape(side, bounds[-1], unknown.shape)
         columns = []
-        for name, kind, *ends in zip(designs, kinds or unknown, *bounds, strict=True):
-            columns.append(Column(name, VARIABLE, kind, "", False, *ends))
+        stated: Sequence[Any] = kinds or [None] * len(designs)
+        for name, kind, low, high in zip(designs, stated, *bounds, strict=True):
+            columns.append(Column(name, VARIABLE, kind, lower=low, upper=high))
         groups = {
             OBJECTIVE: column_names("objectives", objectives, "f"),
             INEQUALITY: column_names("inequalities", inequalities, "g"),
@@ -495,19 +488,11 @@ def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
     return tuple(names)
 
 
-def unit_text(name: str, unit: Any) -> str:
-    """Return a unit as a text that every file can hold."""
-    text = instance(f"the unit of {name!r}", unit, str).strip()
-    if not text.isprintable():
-        raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
-    return text
-
-
 def unit_texts(units: Any) -> dict[str, str]:
-    """Return units by column as texts that every file can hold, without those that are empty."""
+    """Return units by column as texts, without those that are empty."""
     texts = {}
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
-        text = unit_text(name, unit)
+        text = instance(f"the unit of {name!r}", unit, str).strip()
         if text:
             texts[name] = text
     return texts

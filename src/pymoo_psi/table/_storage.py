@@ -46,6 +46,7 @@ MARK = "pymoo_psi_test_table"  # an entry in the head of a file of tests
 # The entry in the head of a file of designs, which does not say what all columns are.
 DESIGNS_MARK = "pymoo_psi_designs"
 FORMAT = 1  # the version of the head
+_NOT_TEXT = (".xlsx", ".xls", ".ods", ".db")  # files of spreadsheets, and studies
 
 _GROUPS = {  # groups of columns in a head, and their roles
     "variables": VARIABLE,
@@ -231,9 +232,13 @@ def write_csv(path: FilePath, columns: Entries, head: Head | None = None) -> Non
     none.
 
     Raises:
-        ArgumentValueError: There are metadata of another program.
+        ArgumentValueError: The name is that of a workbook or study, or there are metadata of
+            another program.
         OSError: A file cannot be written.
     """
+    if Path(path).suffix.lower() in _NOT_TEXT:
+        rule = "the name of a text file, such as table.csv"
+        raise invalid("path", rule, str(path), "write_table(table, path) writes other files")
     is_pipe = os.path.exists(path) and not os.path.isfile(path)
     metadata = metadata_path(path)
     is_former = is_marked(metadata)

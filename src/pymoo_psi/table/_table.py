@@ -41,7 +41,6 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     real_array,
-    require_shape,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
@@ -82,7 +81,7 @@ from pymoo_psi.table._storage import (
     schema_head,
     write_csv,
 )
-from pymoo_psi.table._view import View
+from pymoo_psi.table._view import View, columns_of_matrix
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -191,14 +190,8 @@ class TestTable(View, Shown):
         if schema is None:
             schema = Schema.of([*data], *[matrix.shape[-1] for matrix in matrices.values()])
         schema = schema.with_columns(*designs)
-        for cells in data.values():
-            require_shape("a column of X", cells, (n,))
-        roles = (OBJECTIVE, INEQUALITY, EQUALITY)
-        for role, (name, matrix) in zip(roles, matrices.items(), strict=True):
-            columns = schema.with_role(role)
-            require_shape(name, matrix, (n, len(columns)))
-            for column, cells in zip(columns, matrix.T, strict=True):
-                data[column.name] = -cells if column.maximize else cells
+        for name, matrix in matrices.items():
+            data |= columns_of_matrix(name, matrix, schema, n)
         data |= dict.fromkeys(schema.outputs, np.full(n, np.nan))
         table = cls(schema, data, numbers, _writable_reasons(reasons or {}, numbers))
         return table.with_outputs(outputs or {}).with_notes(notes or {}, label)
@@ -239,10 +232,7 @@ class TestTable(View, Shown):
         for name, values in outputs.items():
             values = self._by_row(values, np.nan)
             data[name] = np.array(real_array(f"the output {name!r}", values))
-            require_shape(f"the output {name!r}", data[name], (len(self),))
-        new = [Column(name, OUTPUT) for name in data if name not in self.evaluated.outputs]
-        schema = replace(self.evaluated, columns=(*self.evaluated.columns, *new))
-        return replace(self, evaluated=schema, data={**self.data, **data})
+        return self._with_columns(data, Kind.REAL, OUTPUT)
 
     def with_notes(self, notes: Mapping[str, Any], label: str | None = None) -> TestTable:
         """Return the table with further columns of texts, or of whatever else a file has.
@@ -259,17 +249,20 @@ class TestTable(View, Shown):
         data: Columns = {}
         for name, values in notes.items():
             data[name] = np.fromiter(map(plain, self._by_row(values, None)), object)
-            if name in self.evaluated.values or len(data[name]) != len(self):
-                raise invalid(
-                    "a note",
-                    f"{len(self)} cells long and named unlike other columns",
-                    Received(f"{name!r} of {len(data[name])}"),
-                )
-        new = [Column(name, NOTE, Kind.CHOICE) for name in data if name != self.evaluated.label]
-        schema = self.evaluated.with_columns(*new)
-        if label is not None:
-            known_name("label", label, schema.notes)
-            schema = schema.changed(role=dict.fromkeys(schema.notes, NOTE) | {label: LABEL})
+        table = self._with_columns(data, Kind.CHOICE, NOTE, LABEL)
+        if label is None:
+            return table
+        schema = table.evaluated
+        known_name("label", label, schema.notes)
+        roles = dict.fromkeys(schema.notes, NOTE) | {label: LABEL}
+        return replace(table, evaluated=schema.changed(role=roles))
+
+    def _with_columns(self, data: Columns, kind: Kind, *roles: str) -> TestTable:
+        """Return the table with columns of the first role; they replace those of the roles."""
+        schema = self.evaluated
+        present = schema.of_role(*roles)
+        new = [Column(name, roles[0], kind) for name in data if name not in present]
+        schema = replace(schema, columns=(*schema.columns, *new))
         return replace(self, evaluated=schema, data={**self.data, **data})
 
     def pareto(self) -> Mask:
@@ -382,18 +375,19 @@ class TestTable(View, Shown):
             >>> free.under(limits={"mass": 1.5}).pareto()
             array([ True, False, False])
         """
-        decision = decision_of(formulation)
-        if not isinstance(formulation, Decision):
-            asked = self.formulation if formulation is None else decision.formulation
-            decision = replace(self.decision, formulation=asked)
         for name in fields:
             known_name("an argument of under()", name, FormulationFields.__annotations__)
-        stated = replace(decision.formulation, **fields)
+        decision = self.decision if formulation is None else decision_of(formulation)
+        asked = decision.formulation
+        if not isinstance(formulation, Decision):
+            decision = self.decision
+        objectives = fields.get("objectives", asked.objectives) or self.evaluated.objectives
         own = replace(self.formulation, objectives=self.schema.objectives)
-        own = own.with_objectives(stated.objectives or self.evaluated.objectives)
-        if formulation is None and "maximize" not in fields:
-            stated = replace(stated, maximize=own.maximize)
-        if stated.ranges is None or (formulation is None and "ranges" not in fields):
+        own = own.with_objectives(objectives)
+        if formulation is None:  # what fields do not name stays, as far as it has these objectives
+            asked = replace(asked, maximize=own.maximize, ranges=own.ranges)
+        stated = replace(asked, **fields)
+        if stated.ranges is None:
             stated = replace(stated, ranges=own.ranges)
         table = replace(self, decision=replace(decision, formulation=stated))
         table._require_fit()
@@ -488,11 +482,7 @@ class TestTable(View, Shown):
             failures = {number: why for number, why in failures.items() if number in selected}
         # `take` of an array needs a quarter of the time of an index in brackets.
         data = {name: cells.take(rows) for name, cells in self.data.items()}
-        table = replace(self, data=data, numbers=numbers, failures=failures)
-        if "_front" in vars(self) and self._front[rows].all():
-            # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
-            vars(table)["_front"] = np.ones(len(rows), dtype=bool)
-        return table
+        return replace(self, data=data, numbers=numbers, failures=failures)
 
     def _rows_of(self, selection: Any) -> Rows:
         """Return the indices of the rows that :meth:`take` selects."""
@@ -800,15 +790,11 @@ class TestTable(View, Shown):
         whole = self._stacked([self, other])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
         earlier = rows[inverse]  # the first row with the number of each row
-        # As evaluated: a failure is a result, and by rounding one of two may exceed a limit.
-        status = [replace(table, decision=Decision()).status for table in (self, other)]
-        results = {result_columns(whole.columns)["status"]: np.concatenate(status)}
-        optional = {*whole.evaluated.outputs, *whole.evaluated.notes}
         data = dict(whole.data)
-        for name, cells in {**whole.data, **results}.items():
+        for name, cells in whole.data.items():
             before = cells[earlier]
             differing = unequal(before, cells, _ROUNDING)
-            if name in optional:  # not every table has them
+            if name in (*whole.evaluated.outputs, *whole.evaluated.notes):  # some tables lack them
                 is_gap = blank(before)
                 differing &= ~(is_gap | blank(cells))
                 data[name] = cells.copy()
@@ -975,7 +961,8 @@ class TestTable(View, Shown):
         is interrupted, the old files stay as they were.
 
         Raises:
-            ArgumentValueError: Another program has written metadata of the file.
+            ArgumentValueError: The file is a workbook or a study by its name, or another program
+                has written metadata of it.
             OSError: A file cannot be written.
 
         Example:

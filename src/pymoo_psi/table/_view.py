@@ -22,6 +22,7 @@ from pymoo_psi._validation import (
     Integers,
     Mask,
     Rows,
+    require_shape,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
 from pymoo_psi.table._cells import in_decimals, real_column
@@ -35,9 +36,11 @@ from pymoo_psi.table._schema import (
     NOT_OF_DESIGNS,
     OBJECTIVE,
     VARIABLE,
+    Column,
     Schema,
 )
 
+MATRICES = {"F": OBJECTIVE, "G": INEQUALITY, "H": EQUALITY}
 STATUSES = ("ok", "infeasible", "failed")
 _OK, _INFEASIBLE, _FAILED = range(3)
 
@@ -53,8 +56,9 @@ class View:
     decision: Decision = field(default_factory=Decision)
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only: all formulations share them."""
-        for cells in (self.numbers, *self.data.values()):
+        """Make the arrays read-only, as all formulations share them, and check their lengths."""
+        for name, cells in {"numbers": self.numbers, **self.data}.items():
+            require_shape(f"column {name!r}", cells, self.numbers.shape)
             cells.setflags(write=False)
 
     def __len__(self) -> int:
@@ -116,10 +120,7 @@ class View:
     def _matrix(self, role: str) -> AnyArray:
         """Return the columns of a role as a matrix, of objects if their types differ."""
         data = self._columns  # also without a column of the role: an expression may be wrong
-        columns = []
-        for column in self.schema.with_role(role):
-            cells = data[column.name]
-            columns.append(-cells if role == OBJECTIVE and column.maximize else cells)
+        columns = [minimized(column, data[column.name]) for column in self.schema.with_role(role)]
         matrix = matrix_of(columns, len(self))
         matrix.setflags(write=False)
         return matrix
@@ -281,12 +282,7 @@ class View:
         reasons = dict(self.failures)
         for row in np.flatnonzero(self.failed() & ~self._have_failed).tolist():
             name = self.schema.objectives[int(np.argmin(np.isfinite(self.F[row])))]
-            reason = f"{name} is {self._columns[name][row]}"
-            # constraints that the formulation leaves out, such as requirements
-            broken = [c for c in self.evaluated.of_role(INEQUALITY) if self.data[c][row] > 0]
-            if broken and np.isinf(self._columns[name][row]):
-                reason += f", as the design violates {' and '.join(broken)}"
-            reasons[int(self.numbers[row])] = reason
+            reasons[int(self.numbers[row])] = f"{name} is {self._columns[name][row]}"
         return reasons
 
     @cached_property
@@ -325,3 +321,17 @@ class View:
                 parts.append(map(str, self.data[name][rows]))
         result[places] = places[first_of(zip(*parts, strict=True))]
         return result
+
+
+def minimized(column: Column, cells: AnyArray) -> AnyArray:
+    """Return cells with the opposite sign if they are objectives to be maximised, and back."""
+    if column.role == OBJECTIVE and column.maximize:
+        return -cells
+    return cells
+
+
+def columns_of_matrix(name: str, matrix: Array, schema: Schema, n: int) -> Columns:
+    """Return the columns of an ``(n, k)`` matrix F, G or H, in the original directions."""
+    columns = schema.with_role(MATRICES[name])
+    require_shape(name, matrix, (n, len(columns)))
+    return {column.name: minimized(column, matrix[:, j]) for j, column in enumerate(columns)}
