@@ -7,7 +7,8 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,8 +46,6 @@ _LARGEST = 65_536
 _PIECES_AHEAD = 4
 # What is known of a design that violates a requirement.
 _NOT_RUN: Values = {"failure": ""}
-# Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
-_PREDICTIVE = 4096
 
 
 class Block(NamedTuple):
@@ -77,7 +76,7 @@ class PieceTask:
 
     Args:
         model: The model, under whose formulation tests are needed.
-        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+        keep: Which tests; see :func:`needed_tests`.
     """
 
     def __init__(self, model: Model, keep: str) -> None:
@@ -90,23 +89,23 @@ class PieceTask:
         tests = self._model.evaluated(piece)
         if np.isfinite(tests.F).any():
             self._model.require_outputs(tests.schema.names)
-        return piece.numbers, self.needed(tests)
+        return piece.numbers, needed_tests(self._model, tests, self._keep)
 
-    def needed(self, tests: TestTable) -> TestTable:
-        """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
-        If more than half of a large block is kept, later blocks are not filtered: little of them
-        would be left out, and all tests are filtered together in the end.
-        """
-        if self._keep == "all":
-            return tests
-        table = self._model.under_so_far(tests)
-        if self._keep == "feasible":
-            return tests.take(table.feasible())
-        kept = tests.take(table.pareto())
-        if 2 * len(kept) > len(tests) > _PREDICTIVE:
-            self._keep = "all"
-        return kept
+def needed_tests(model: Model, tests: TestTable, keep: str) -> TestTable:
+    """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+    Args:
+        model: The model, under whose formulation they are needed.
+        tests: The tests.
+        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+    """
+    if keep == "all":
+        return tests
+    table = model.under_so_far(tests)
+    if keep == "feasible":
+        return tests.take(table.feasible())
+    return tests.take(table.pareto())
 
 
 class Executor:
@@ -118,12 +117,12 @@ class Executor:
     Args:
         model: The model.
         options: The options of the run.
-        known: Known tests, where designs recur as no variable is real; ``None`` elsewhere.
         together: Whether points that are submitted together are evaluated together, if the model
-            is called for several.
+            is called for several; whoever submits them knows the designs that recur.
 
     Attributes:
         has_designs: Whether designs are put into the queue, one by one, instead of points.
+        recurs: Whether points may have the same design, as no variable is real.
         queue: The points that wait and that are being evaluated, by their numbers.
         may_end_early: Whether a termination may end the run before all points are tested; if not,
             points are evaluated ahead of the blocks that are asked for.
@@ -132,40 +131,30 @@ class Executor:
         ArgumentValueError: The model is noisy, and is called for several designs together.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        options: RunOptions,
-        known: TestTable | None = None,
-        together: bool = False,
-    ) -> None:
-        self._arguments = model, options, None, together
+    def __init__(self, model: Model, options: RunOptions, together: bool = False) -> None:
+        self._arguments = model, options, together
         self._model = model
         self.has_designs = streams(model.inner)
+        # Workers evaluate points of which this process sees only the tests.
+        is_here = model.problem.elementwise or options.runner is None
+        self.recurs = model.space.finite and not model.noisy and is_here and not together
         if self.has_designs:
             function = CheckedFunction(model.inner, (), {}, seeded=model.noisy)
             self.queue = Queue(function, _runner_of(model.problem))
         else:
+            if options.study is not None or self.recurs:
+                options = replace(options, keep="all")
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True
-        self._known: dict[str, Values] | None = None  # values by design, where designs recur
+        self._known: dict[str, Values] = {}  # values by design, where designs recur
         self._reset()
-        if known is not None:
-            self._known = {}
-            self.learn(known)
 
     def _reset(self) -> None:
         """Forget all points."""
-        # The outputs of points without failure, by number, while some outputs are awaited.
-        self._outputs: dict[int, list[str]] = {}
-        self._waiting: dict[str, list[int]] = {}  # points of the same design, by designs under way
-        self._clear()
-
-    def _clear(self) -> None:
-        """Forget what is evaluated."""
+        self._under_way: set[str] = set()  # designs, where these recur
+        self._held = Points.none()  # points of the same designs
         self._results: list[Any] = []  # of designs, or of pieces
-        self._n_called = 0  # of how many points
-        self._answers: dict[int, Values] = {}  # of points for which the model is not called
+        self._answered: list[Block] = []  # tests for which the model is not called
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
@@ -192,96 +181,92 @@ class Executor:
             n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
         return min(n_awaited + n_ahead, enough)
 
-    def submit(self, points: Points) -> None:
-        """Take points to evaluate, numbered above all earlier ones."""
-        points = self._without_answer(points)
-        if len(points) == 0:
-            return
-        if not self.has_designs:
+    def submit(self, points: Points) -> Numbers:
+        """Take points to evaluate, numbered above all earlier ones.
+
+        Returns:
+            The numbers of those that need no evaluation.
+        """
+        answers = self.answers(points)
+        answered = np.array([*answers], dtype=np.int64)
+        if answers:
+            block = self._block(points, answered, [*answers.values()])
+            self._answered.append(block)
+            if self._model.has_requirements:
+                is_met = self._model.meets_requirements(block.tests.X)
+                self._model.problem.n_not_run += np.count_nonzero(~is_met)
+            points = points.without(answered)
+        if self.recurs:
+            points = self._first_of_designs(points)
+        if len(points) and not self.has_designs:
             self.queue.add([(int(points.numbers[0]), points)])
-            return
-        numbers = points.numbers.tolist()
-        space = self._model.space
-        designs: Any = space.designs(points.matrix(space))
-        if self._model.noisy:
-            designs = _with_seeds(designs, numbers, self._model.repeat)
-        self.queue.add(zip(numbers, designs, strict=True))
+        elif len(points):
+            numbers = points.numbers.tolist()
+            space = self._model.space
+            designs: Any = space.designs(points.matrix(space))
+            if self._model.noisy:
+                designs = _with_seeds(designs, numbers, self._model.repeat)
+            self.queue.add(zip(numbers, designs, strict=True))
+        return answered
 
     def answers(self, points: Points) -> dict[int, Values]:
         """Return values of the points for which the model is not called, by their numbers."""
-        return self._answers_of(points, self._keys(points))
-
-    def _keys(self, points: Points) -> dict[int, str]:
-        """Return the keys of designs by the numbers of their points; none if no design recurs."""
-        if self._known is None:
-            return {}
-        keys = self._model.keys(points.matrix(self._model.space))
-        return dict(zip(points.numbers.tolist(), keys, strict=True))
-
-    def _answers_of(self, points: Points, keys: Mapping[int, str]) -> dict[int, Values]:
         model = self._model
         answers = {}
+        if self._known:
+            for number, key in zip(points.numbers.tolist(), self._keys(points), strict=True):
+                if key in self._known:
+                    answers[number] = self._known[key]
         if model.has_requirements:
             is_unmet = ~model.meets_requirements(points.matrix(model.space))
-            answers = dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
-        known = self._known or {}
-        for number, key in keys.items():
-            if key in known:
-                answers.setdefault(number, known[key])
+            answers |= dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
         return answers
 
-    def _without_answer(self, points: Points) -> Points:
-        """Return the points for which the model is to be called; note answers of the others."""
-        keys = self._keys(points)
-        answers = self._answers_of(points, keys)
-        self._answers |= answers
-        if self._model.has_requirements:
-            self._model.problem.n_not_run += [*answers.values()].count(_NOT_RUN)
-        left_out = [*answers]
-        for number, key in keys.items():
-            if number in answers:
-                continue
-            same_design = self._waiting.setdefault(key, [])
-            if same_design:
-                left_out.append(number)
-            same_design.append(number)
-        return points.without(left_out)
+    def _keys(self, points: Points) -> list[str]:
+        return self._model.keys(points.matrix(self._model.space))
+
+    def _first_of_designs(self, points: Points) -> Points:
+        """Return the first point of each design that is not under way; hold the others."""
+        is_first = []
+        for key in self._keys(points):
+            is_first.append(key not in self._under_way)
+            self._under_way.add(key)
+        rows = np.array(is_first, dtype=bool)
+        self._held = self._held.joined(points.at(~rows))
+        return points.at(rows)
 
     def learn(self, tests: TestTable) -> None:
         """Learn the results of tests, where designs recur; answer the points that wait for them."""
-        if self._known is None:
+        if not self.recurs:
             return
         keys = self._model.keys(tests.X)
         for key, values in zip(keys, self._model.values(tests), strict=True):
             self._known.setdefault(key, values)
-            _, *others = self._waiting.pop(key, [0])
-            self._answers |= dict.fromkeys(others, values)
+        self._under_way.difference_update(keys)
+        held = self._held
+        self._held = Points.none()
+        if len(held):
+            self.submit(held)
 
-    def wait(self) -> float:
-        """Wait for another result, or for a moment; return its seconds of a worker, or 0."""
+    def wait(self) -> tuple[Sequence[int] | Numbers, float]:
+        """Wait for another result, or for a moment.
+
+        Returns:
+            The numbers of the points that are evaluated, and the seconds that a worker took.
+        """
         try:
             result = self.queue.wait()
         except EvaluationError as error:  # of a piece, as each design has its own failure
             raise_original(error)
         if result is None:
-            return 0.0
+            return [], 0.0
         self._results.append(result)
         number, values, seconds = result
-        if self.has_designs:
-            self._n_called += 1
-            if self._model.awaited and not values["failure"]:
-                self._outputs[number] = [*values]
-                first = min(self._outputs)
-                if first < self.queue.first_pending:  # the same one for any number of workers
-                    self._model.require_outputs(self._outputs[first])
-        else:
-            self._n_called += len(values[0])
-        return seconds
-
-    @property
-    def n_evaluated(self) -> int:
-        """How many points are evaluated and not taken yet."""
-        return self._n_called + len(self._answers)
+        if not self.has_designs:
+            return values[0], seconds
+        if not values["failure"]:
+            self._model.require_outputs(values)
+        return [number], seconds
 
     def take(self, points: Points) -> list[Block]:
         """Return the tests of the evaluated ones of points."""
@@ -290,17 +275,17 @@ class Executor:
             numbers, values, seconds = zip(*self._results, strict=True)
             if self.has_designs:
                 block = self._block(points, numbers, values)
-                blocks.append(block._replace(is_called=True, seconds=seconds))
+                block = block._replace(is_called=True, seconds=seconds)
             else:
-                blocks.append(_block_of_pieces(values, seconds))
-            self.learn(blocks[0].tests)
-        if self._answers:
-            answers = [*self._answers.values()]
-            blocks.append(self._block(points, [*self._answers], answers))
-        self._clear()
+                block = _block_of_pieces(values, seconds)
+            self._results = []
+            self.learn(block.tests)
+            blocks.append(block)
+        blocks += self._answered
+        self._answered = []
         return blocks
 
-    def _block(self, points: Points, numbers: Sequence[int], values: Sequence[Values]) -> Block:
+    def _block(self, points: Points, numbers: ArrayLike, values: Sequence[Values]) -> Block:
         """Return the tests of designs, by the numbers of their points and their values."""
         points = points.at(np.searchsorted(points.numbers, numbers))
         return Block(points.numbers, self._model.tests(points, values))

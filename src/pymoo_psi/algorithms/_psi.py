@@ -11,7 +11,7 @@ import math
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -23,24 +23,22 @@ from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._kinds import first_of
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
     Designs,
     Numbers,
     Received,
-    Rows,
     Values,
     instance,
     integer,
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import PieceTask, values_with_seeds
+from pymoo_psi.algorithms._executor import needed_tests, values_with_seeds
 from pymoo_psi.algorithms._model import warn_if_all_failed
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
-from pymoo_psi.algorithms._sources import AlgorithmSettings, Keep, RunOptions, RunSettings
+from pymoo_psi.algorithms._sources import SETTINGS, Keep, RunOptions
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
@@ -57,9 +55,6 @@ from pymoo_psi.problems import (
     with_requirements,
 )
 from pymoo_psi.table import TestTable
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 # Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
@@ -89,10 +84,9 @@ class PointAlgorithm(WithTable, Algorithm):
     seed: int | None
 
     def __init__(self, n_points: int, options: RunOptions, /, **kwargs: Any) -> None:
-        settings = RunSettings.__optional_keys__
-        of_run = {name: kwargs.pop(name) for name in settings & kwargs.keys()}
+        of_run = {name: kwargs.pop(name) for name in SETTINGS & kwargs.keys()}
         owner = type(self)
-        require_known_keywords(owner.__name__, owner, kwargs, taken=("options",), more=settings)
+        require_known_keywords(owner.__name__, owner, kwargs, taken=("options",), more=SETTINGS)
         options = replace(options, **of_run)
         self.n_points = n_points
         self.options = options
@@ -427,8 +421,7 @@ def _tolerated(problem: FailureTolerant, X: Any, out: Values) -> Values:
 class _Evaluator(Evaluator):
     """pymoo's evaluator for asking and telling, which keeps designs that fail as failed.
 
-    It evaluates designs as the run does: those of a noisy model with the seeds of their tests, and
-    of others a discrete one once.
+    It evaluates designs as the run does, those of a noisy model with the seeds of their tests.
     """
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
@@ -437,10 +430,7 @@ class _Evaluator(Evaluator):
         if getattr(evaluated, "noisy", False):
             out = values_with_seeds(evaluated, X, pop.get("test_point"))
         else:
-            first, rows = np.unique(_first_of_each(evaluated, X), return_inverse=True)
-            self.n_eval -= len(X) - len(first)
-            out = evaluate_designs(evaluated, X[first])
-            out = {name: column[rows] for name, column in out.items()}
+            out = evaluate_designs(evaluated, X)
         if isinstance(problem, FailureTolerant):
             out = {**out, **_tolerated(problem, X, out)}
         for name in ("F", "G", "H"):
@@ -451,14 +441,6 @@ class _Evaluator(Evaluator):
             individual.data |= {name: column[row] for name, column in out.items()}
             individual.data["outputs"] = outputs
             individual.evaluated.update("FGH")
-
-
-def _first_of_each(problem: Any, X: Any) -> Rows:
-    """Return ``(n,)`` the first of n designs that equals each, where designs recur."""
-    space = design_space(problem)
-    if not space.finite:
-        return np.arange(len(X))
-    return first_of(map(repr, space.to_matrix(X).tolist()))
 
 
 class _PointsTested(Termination):
@@ -582,7 +564,7 @@ class PSI(PointAlgorithm):
         *,
         share: tuple[int, int] | None = None,
         block_size: int | None = None,
-        **options: Unpack[AlgorithmSettings],
+        **options: Any,
     ) -> None:
         integer("n_points", n_points, minimum=1)
         super().__init__(n_points, RunOptions(share=share, block_size=block_size), **options)
@@ -612,7 +594,7 @@ def investigate(
     repeat: int = 1,
     share: tuple[int, int] | None = None,
     block_size: int | None = None,
-    **options: Unpack[RunSettings],
+    **options: Any,
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -672,8 +654,7 @@ def investigate(
         True
     """
     require_problem(problem)
-    settings = RunSettings.__optional_keys__
-    require_known_keywords("investigate", object, options, more=settings)
+    require_known_keywords("investigate", object, options, more=SETTINGS)
     known_name("keep", keep, ("all", "feasible", "pareto"))
     is_noisy = getattr(problem, "noisy", False)
     needed = keep
@@ -691,7 +672,7 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, run_options)
     model = run.model
     if is_noisy:
-        table = PieceTask(model, keep).needed(averaged_repeats(table))
+        table = needed_tests(model, averaged_repeats(table), keep)
     table = model.under(run.numbered(table))
     warn_if_all_failed(table, stacklevel=3)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
@@ -703,8 +684,6 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    # Workers may have filtered their tests already; then it takes hardly any time.
-    task = PieceTask(run.model, keep)
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,
@@ -712,7 +691,8 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for tests in blocks:
-            tables.append(task.needed(tests))
+            # Workers may have filtered them already; then it takes hardly any time.
+            tables.append(needed_tests(run.model, tests, keep))
             show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):

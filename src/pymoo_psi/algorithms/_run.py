@@ -17,11 +17,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
     Mask,
-    Numbers,
-    Received,
     Values,
     integer,
     invalid,
@@ -47,53 +46,60 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
-# Tests after which there is a commit in any case: they are filtered while others are computed.
-_MANY = 2**16
 SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
+
+
+# What is known of a point, in this order.
+PLANNED, STARTED, EVALUATED, STORED = range(4)
 
 
 class Ledger:
     """The points of a run that its source has returned, until their tests are taken.
 
-    Points are planned; then started, in their order; then stored, in any order.
+    Points are planned; started, when they were looked up and are evaluated if they had no test;
+    evaluated, in any order; and stored.
 
     Args:
         points: The points, of which none is started.
 
     Attributes:
         points: ``(n,)`` the points, by number.
-        n_started: How many of them, the first ones, were looked up, and are evaluated if they had
-            no test.
-        is_stored: ``(n,)`` whether the test of each is stored.
+        states: ``(n,)`` what is known of each.
         blocks: The tests that are stored and not taken.
     """
 
     def __init__(self, points: Points) -> None:
         self.points = points
-        self.n_started = 0
-        self.is_stored = np.zeros(len(points), dtype=bool)
+        self.states = np.full(len(points), PLANNED)
         self.blocks: list[Block] = []
 
-    def n_missing(self, count: int) -> int:
-        """Return how many of the first points, so many of them, have no stored test."""
-        is_stored = self.is_stored[:count]
-        return len(is_stored) - int(np.count_nonzero(is_stored))
+    def are_all(self, state: int, count: int) -> bool:
+        """Whether the first points, so many of them, have reached a state."""
+        return bool((self.states[:count] >= state).all())
+
+    def count(self, state: int) -> int:
+        """Return how many points are in a state."""
+        return int(np.count_nonzero(self.states == state))
+
+    def mark(self, numbers: ArrayLike, state: int) -> None:
+        """Note the state of points by their numbers."""
+        self.states[np.searchsorted(self.points.numbers, numbers)] = state
 
     def add(self, points: Points) -> None:
         """Add points, numbered above all earlier ones."""
         self.points = self.points.joined(points)
-        self.is_stored = np.append(self.is_stored, np.zeros(len(points), dtype=bool))
+        self.states = np.append(self.states, np.full(len(points), PLANNED))
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
-        points = self.points.at(slice(self.n_started, self.n_started + count))
-        self.n_started += len(points)
-        return points
+        rows = np.flatnonzero(self.states == PLANNED)[:count]
+        self.states[rows] = STARTED
+        return self.points.at(rows)
 
     def store(self, block: Block) -> None:
         """Note tests that are stored."""
-        self.is_stored[np.searchsorted(self.points.numbers, block.numbers)] = True
+        self.mark(block.numbers, STORED)
         self.blocks.append(block)
 
     def take(self, last: int) -> Iterator[Block]:
@@ -105,21 +111,13 @@ class Ledger:
             if not is_due.all():  # otherwise a filter may have left out some of its tests
                 self.blocks.append(block.rows(~is_due))
                 block = block.rows(is_due)
-            self.drop(block.numbers)
+            self.keep(~np.isin(self.points.numbers, block.numbers))
             yield block
 
-    def drop(self, numbers: Numbers) -> None:
-        """Drop points by their numbers."""
-        self._keep(~np.isin(self.points.numbers, numbers))
-
-    def drop_untested(self) -> None:
-        """Drop the points without a stored test."""
-        self._keep(self.is_stored)
-
-    def _keep(self, rows: Mask) -> None:
-        self.n_started = int(np.count_nonzero(rows[: self.n_started]))
+    def keep(self, rows: Mask) -> None:
+        """Keep some points, and drop the others."""
         self.points = self.points.at(rows)
-        self.is_stored = self.is_stored[rows]
+        self.states = self.states[rows]
 
 
 class Run:
@@ -224,7 +222,7 @@ class Run:
         n_points = len(points)
         with stored_at_termination(self.store):
             try:
-                while self._ledger.n_missing(n_points) > 0 and self._advance(n_points):
+                while not self._ledger.are_all(STORED, n_points) and self._advance(n_points):
                     pass
                 if self.executor.queue.n_pending == 0:
                     self._end_testing()  # releases the lock; workers are kept
@@ -238,7 +236,7 @@ class Run:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
         self.executor.learn(tests)
-        self._ledger.drop(tests.numbers)
+        self._ledger.keep(~np.isin(self._ledger.points.numbers, tests.numbers))
         self.source.tell(tests)
 
     def known(self, points: Points) -> TestTable:
@@ -358,42 +356,39 @@ class Run:
             self._start(points)
             return True
         if self.executor.queue.n_pending:
-            self._computed += self.executor.wait()
+            numbers, seconds = self.executor.wait()
+            self._ledger.mark(numbers, EVALUATED)
+            self._computed += seconds
             return True
         if self._steered == "pause":
             time.sleep(_PAUSE_SECONDS)
             return True
         if self._steered == "stop":
-            self._ledger.drop_untested()
+            self._ledger.keep(self._ledger.states == STORED)
         return False
 
     def _is_commit_due(self, n_awaited: int) -> bool:
         """Whether to store the evaluated tests now."""
-        executor = self.executor
-        queue = executor.queue
-        if executor.n_evaluated == 0:
+        if self._ledger.count(EVALUATED) == 0:
             return False
+        queue = self.executor.queue
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
         is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
-        is_complete = queue.n_pending == 0
-        if self._ledger.n_missing(n_awaited) <= executor.n_evaluated:
-            awaited = self._ledger.points.numbers[:n_awaited]
-            is_complete = is_complete or queue.first_pending > awaited.max(initial=0)
-        are_many = executor.n_evaluated >= _MANY
-        return is_late or are_many or is_complete or self.source.eager
+        is_complete = queue.n_pending == 0 or self._ledger.are_all(EVALUATED, n_awaited)
+        return is_late or is_complete or self.source.eager
 
     def _next_to_start(self, n_awaited: int) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
         if self._steered != "continue":
             return Points.none()
         ledger = self._ledger
-        count = self.executor.n_accepted(n_awaited - ledger.n_started)
-        if count <= 0:
-            return Points.none()
-        if ledger.n_started == len(ledger.points) and self.source.n_left > 0:
+        n_planned = ledger.count(PLANNED)
+        n_started = len(ledger.points) - n_planned
+        count = self.executor.n_accepted(n_awaited - n_started)
+        if count > 0 and n_planned == 0 and self.source.n_left > 0:
             self._ask(count)
-        return ledger.start(count)
+        return ledger.start(max(count, 0))
 
     def _start(self, points: Points) -> None:
         """Recall the stored tests of points; lock the run and submit the others, if there are."""
@@ -409,7 +404,7 @@ class Run:
             points = points.without(stored.numbers)
             self._report(Block(stored.numbers, stored))
         if len(points):
-            self.executor.submit(points)
+            self._ledger.mark(self.executor.submit(points), EVALUATED)
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
@@ -453,32 +448,18 @@ def run_of_sequence(
     integer("n_points", n_points, minimum=1)
     n_dim = len(model.space.searched)
     sampling = options.sampling_in(n_dim)
-    if options.more and not sampling.extendable:
-        raise invalid(
-            "more", "used with a sequence that can be continued", Received(sampling._name())
-        )
-    most = n_first or LAST
-
-    def identity() -> str:
-        return sampling.identity(min(n_points, most), options.seed) + method
-
+    n_first = n_first or LAST
     kind = Store
     if options.study is not None:
         kind = StudyStore
-    store = kind(model, options, identity)
-    n_all = n_points
-    if options.more:
-        n_all = store.total(n_points)
-    points = unit_points(options, min(n_all, most), n_dim)
+    n_sampled = min(n_points, n_first)
+    store = kind(model, options, lambda: sampling.identity(n_sampled, options.seed) + method)
+    n_all = store.total(n_points)
+    points = unit_points(options, min(n_all, n_first), n_dim)
     store.plan(n_all)
-    known = None
-    # Workers evaluate points of which this process sees only the tests.
-    is_here = model.problem.elementwise or options.runner is None
-    if model.space.finite and not model.noisy and is_here:
-        known = store.known()
-    if options.study is not None or known is not None:
-        options = replace(options, keep="all")
-    executor = Executor(model, options, known)
+    executor = Executor(model, options)
+    if executor.recurs:
+        executor.learn(store.known())
     if source_of is not None:
         source = source_of(points, n_all, model, executor, store)
     elif sampling.extendable and options.share is None:

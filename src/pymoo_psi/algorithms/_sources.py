@@ -7,8 +7,8 @@ source, in a file of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, TypedDict
+from dataclasses import dataclass, fields
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,58 +48,15 @@ Retry = Literal["failed", "incomplete"]
 Keep = Literal["all", "feasible", "pareto"]
 
 
-class RunSettings(TypedDict, total=False):
-    """The options of every run, as arguments; they are described by :class:`PSI`."""
-
-    first: int
-    sampling: PointSequence | None
-    seed: int | None
-    limits: Limits | None
-    formulation: Formulation | None
-    study: FilePath | None
-    study_key: str | None
-    study_wait: float
-    more: bool
-    retry: Retry | None
-    names: ByName | None
-    maximize: Collection[str] | None
-    units: ByName | None
-    log: Collection[str] | None
-    requirements: Any
-
-
-class AlgorithmSettings(RunSettings, total=False):
-    """The options of every run, and those of pymoo's algorithms."""
-
-    termination: Any
-    callback: Any
-    output: Any
-    display: Any
-    archive: Any
-    evaluator: Any
-    return_least_infeasible: bool
-    save_history: bool
-    verbose: bool
-
-
 @dataclass(frozen=True)
-class RunOptions:
-    """The options of a run: which points are tested, how, and where tests are stored.
-
-    They are described where users give them: those of every run by :class:`PSI`, ``repeat``,
-    ``runner`` and ``keep`` by :func:`investigate`.
-
-    Raises:
-        ArgumentValueError: A count is out of range, or there is no such action or share.
-        ArgumentTypeError: An option has the wrong type.
-    """
+class RunSettings:
+    """The options that every run has; they are described by :class:`PSI`."""
 
     first: int = 1
     sampling: PointSequence | None = None
     seed: int | None = None
     limits: Limits | None = None
     formulation: Formulation | None = None
-    share: tuple[int, int] | None = None
     study: FilePath | None = None
     study_key: str | None = None
     study_wait: float = 10.0
@@ -110,6 +67,21 @@ class RunOptions:
     units: ByName | None = None
     log: Collection[str] | None = None
     requirements: Any = None
+
+
+@dataclass(frozen=True)
+class RunOptions(RunSettings):
+    """The options of a run: which points are tested, how, and where tests are stored.
+
+    ``share`` and ``block_size`` are described by :class:`PSI`, the other ones that only some runs
+    have by :func:`investigate`.
+
+    Raises:
+        ArgumentValueError: A count is out of range, or there is no such action or share.
+        ArgumentTypeError: An option has the wrong type.
+    """
+
+    share: tuple[int, int] | None = None
     repeat: int = 1
     block_size: int | None = None
     runner: Runner | None = None
@@ -142,11 +114,14 @@ class RunOptions:
     def sampling_in(self, n_dim: int) -> UniformSampling:
         """Return the sampling of points in ``n_dim`` dimensions."""
         sampling = uniform_sampling(self.sampling)
-        if sampling is not None:
-            return sampling
-        if n_dim <= MAX_DIMENSIONS:
-            return LPTauSampling()
-        return QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
+        if sampling is None:
+            sampling = LPTauSampling()
+            if n_dim > MAX_DIMENSIONS:
+                sampling = QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
+        if self.more and not sampling.extendable:
+            received = Received(sampling._name())
+            raise invalid("more", "used with a sequence that can be continued", received)
+        return sampling
 
     @property
     def part(self) -> Share:
@@ -154,6 +129,10 @@ class RunOptions:
         if self.share is None:
             return ALL
         return Share.checked(self.share)
+
+
+# The names of the options that every run has.
+SETTINGS = frozenset(field.name for field in fields(RunSettings))
 
 
 @dataclass(frozen=True, eq=False)

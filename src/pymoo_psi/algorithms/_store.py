@@ -104,9 +104,9 @@ class Store:
         """Remember a value of the run by name, if it has none; return the remembered one."""
         return value
 
-    def total(self, n_more: int) -> int:
-        """Return how many points the run has with ``n_more`` further ones."""
-        return n_more
+    def total(self, n_points: int) -> int:
+        """Return how many points the run has in all if ``n_points`` are asked for."""
+        return n_points
 
     def plan(self, n_points: int) -> None:
         """Note how many points the run is asked for."""
@@ -320,18 +320,21 @@ class StudyStore(Store):
                 record = database.record(self.run, **{name: value})
             return record[name]
 
-    def total(self, n_more: int) -> int:
-        """Return how many points the run has with ``n_more`` further ones.
+    def total(self, n_points: int) -> int:
+        """Return how many points the run has in all if ``n_points`` are asked for.
 
-        It has no further ones while points that it was asked for are not tested.
+        Those that are asked for as further ones are none while others, asked for before, are not
+        tested.
         """
+        if not self._options.more:
+            return n_points
         first = self._options.first
         with self.study.reading() as database:
             n_planned = self.n_planned or max(database.last_point(self.run) - first + 1, 0)
             tested = database.test_points(self.run, first)
         planned = self._options.part.numbers(first, first + n_planned - 1)
         if np.isin(planned, tested).all():
-            return n_planned + n_more
+            return n_planned + n_points
         return n_planned
 
     def plan(self, n_points: int) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -21,7 +21,7 @@ from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
-from pymoo_psi.algorithms._sources import AlgorithmSettings, Points, RunOptions, Source
+from pymoo_psi.algorithms._sources import Points, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
@@ -33,9 +33,6 @@ from pymoo_psi.algorithms._surrogate_models import (
 )
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 # Kernels are fitted again when there are this many times as many tests as at the last fit, as a fit
 # takes as long as everything else in several rounds. Each fit is a function of the first tests
@@ -154,7 +151,7 @@ class SurrogatePSI(PointAlgorithm):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        **options: Unpack[AlgorithmSettings],
+        **options: Any,
     ) -> None:
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
