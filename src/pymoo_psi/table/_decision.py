@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -281,28 +282,31 @@ def _checked(where: str, entries: Any, kind: Any) -> Values:
     return values
 
 
-# The text of DATE in page/decisions.js, as what Python and browsers read as dates differs.
+# The same as DATE in page/decisions.js, as what Python and browsers read as dates differs.
 _DATE = re.compile(
-    r"^(?!0000)\d{4}-\d\d-\d\d([T ](?:[01]\d|2[0-3]):[0-5]\d(?::[0-5]\d(?:\.\d+)?)?"
-    r"(Z|[+-](?:[01]\d|2[0-3]):[0-5]\d)?)?$",
+    r"\d{4}-\d\d-\d\d([T ]([01]\d|2[0-3]):[0-5]\d(:[0-5]\d(\.(?P<fraction>\d+))?)?"
+    r"(Z|[+-]([01]\d|2[0-3]):[0-5]\d)?)?",
     re.ASCII,
 )
 
 
-def _time_of(date: str) -> datetime:
-    """Return the time of a date, in UTC without an offset; no date is before all others."""
+def _time_of(date: str) -> tuple[float, str]:
+    """Return the second in UTC, and its fraction; an empty date is before all others."""
     if not date:
-        return datetime.min.replace(tzinfo=timezone.utc)
+        return -math.inf, ""
+    parts = _DATE.fullmatch(date)
     try:
-        if not _DATE.fullmatch(date):
+        if parts is None:
             raise ValueError
-        time = datetime.fromisoformat(date.replace("Z", "+00:00"))  # there is no 30 February
+        fraction = parts["fraction"] or ""
+        whole = date.replace(f".{fraction}", "").replace("Z", "+00:00")
+        time = datetime.fromisoformat(whole)  # there is no 30 February
     except ValueError:
         rule = "a date such as 2026-05-01 or 2026-05-01T10:30+02:00, or empty"
         raise invalid("date of a position", rule, date) from None
     if time.tzinfo is None:
-        return time.replace(tzinfo=timezone.utc)
-    return time
+        time = time.replace(tzinfo=timezone.utc)
+    return time.timestamp(), fraction.rstrip("0")
 
 
 def _number(text: str) -> float:
