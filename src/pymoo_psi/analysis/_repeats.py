@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -231,7 +232,7 @@ def undeclared_repeats(table: TestTable) -> list[str]:
             return [
                 f"{counted(n_designs, 'design')} with the same {by} as others differ in "
                 "objectives: each row counts as a design; if they are repeated tests, say "
-                f"--average-by '{by}', or average_by= in Python."
+                f"--average-by {quote(by)}, or average_by= in Python."
             ]
     return []
 

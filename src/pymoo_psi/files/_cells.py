@@ -78,6 +78,7 @@ _CODE = re.compile(r"0[0-9]+")
 _DATE_OR_TIME = re.compile(
     r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
 )
+_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
@@ -102,7 +103,6 @@ _STATISTIC = re.compile(
     r"|stabw|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
     re.IGNORECASE,
 )
-_FEWEST_FOR_MEAN = 3  # designs below a row that holds their mean
 _STATISTICS = (np.mean, np.median, np.min, np.max, np.std, partial(np.std, ddof=1))
 
 
@@ -230,6 +230,11 @@ class TextColumn(NamedTuple):
             "name objectives that do, or save what a spreadsheet has not computed yet",
         )
 
+    def holds_times(self) -> bool:
+        """Say whether its texts are times such as 1:30, which may be durations."""
+        texts = [str(cell).strip() for cell in self.cells if not is_blank(cell)]
+        return len(texts) > 0 and all(map(_TIME.fullmatch, texts))
+
     def gaps(self) -> Mask:
         """``(n,)`` which cells hold neither a finite number nor a text."""
         if self.numbers is not None:
@@ -243,17 +248,10 @@ class TextColumn(NamedTuple):
 def cells_of_rows(rows: RowsByLine) -> Cells:
     """Return rows as cells whose columns have the texts in the first row, as they are, as names.
 
+    Columns without a name are left out.
+
     Raises:
         ArgumentValueError: There is no row, they differ in length, or a name occurs twice.
-    """
-    return _cells_below(rows, list(map(str, _header(rows))))
-
-
-def _header(rows: RowsByLine) -> list[Any]:
-    """Return the first row.
-
-    Raises:
-        ArgumentValueError: There is none, or another row differs in length.
     """
     if not rows:
         raise UnfitError("it is empty; it must hold a line of column names, then the designs")
@@ -265,23 +263,17 @@ def _header(rows: RowsByLine) -> list[Any]:
                 "complete it, or, if it is a title or a note, leave it out by "
                 f"{argument('skip_rows', [end])}",
             )
-    return next(iter(rows.values()))
-
-
-def _cells_below(rows: RowsByLine, names: Names) -> Cells:
-    """Return the cells below the first row under names; columns without one are left out."""
     _, *lines = rows
-    _, *others = rows.values()
     columns: dict[str, list[Any]] = {}
-    for j, name in enumerate(names):
+    for name, *cells in zip(*rows.values(), strict=True):
         if name in columns:
             raise UnfitError(
-                f"its header names the column {name!r} {list(names).count(name)} times",
-                f"rename all but one, or leave titles out by {argument('skip_rows')}",
+                f"its header names the column {name!r} twice",
+                f"rename one, or leave titles out by {argument('skip_rows')}",
             )
-        if name:
-            columns[name] = [row[j] for row in others]
-    return Cells(columns, range(1, len(others) + 1), lines)
+        if name != "":
+            columns[str(name)] = cells
+    return Cells(columns, range(1, len(rows)), lines)
 
 
 def named_cells(rows: RowsByLine) -> Cells:
@@ -291,9 +283,10 @@ def named_cells(rows: RowsByLine) -> Cells:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
             name occurs twice.
     """
-    header = _header(rows)
-    if len(rows) == 1:
-        raise UnfitError("it holds column names, but no row", "add a line for each design")
+    if len(rows) < 2:
+        raise UnfitError("it must hold a line of column names, and below it a line for each design")
+    first, *_ = rows
+    header, *others = rows.values()
     names = []
     for name in map(str, header):
         # A file without names would lose its first design as names, and nobody would notice.
@@ -307,15 +300,14 @@ def named_cells(rows: RowsByLine) -> Cells:
         names.append(re.sub(r"\s*[\r\n]\s*", " ", name.strip()))
     if names[0] == "":
         names[0] = "index"  # data frames write the numbers of rows without a name
-    first, *_ = rows
-    is_nameless = [name == "" for name in names]  # as by a comma at the end of every line
-    _, *others = [[*compress(row, is_nameless)] for row in rows.values()]
-    if not all(map(is_blank, chain(*others))):
+    # Columns without a name are blank, as by a comma at the end of every line.
+    nameless = compress(zip(*others, strict=False), [name == "" for name in names])
+    if not all(map(is_blank, chain(*nameless))):
         raise UnfitError(
             "a name is empty in its first line, which must name the columns",
             f"if it is a title, skip it by {argument('skip_rows', [first])}; else complete it",
         )
-    return _cells_below(rows, names)
+    return cells_of_rows({**rows, first: names})
 
 
 def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
@@ -345,16 +337,17 @@ def _with_index(frame: Any) -> tuple[Any, Head]:
     import pandas as pd
 
     index = frame.index
+    is_unnamed = index.name is None and pd.api.types.is_integer_dtype(index)
+    if is_unnamed and index.equals(pd.RangeIndex(len(frame))):
+        return frame, {}
     levels: list[str] = []
     for name in index.names:
         level = "index" if name is None else str(name)
         levels.append(free_name(level, [*frame.columns, *levels], "index"))
-    if index.name is None and pd.api.types.is_integer_dtype(index):
-        if not index.equals(pd.RangeIndex(len(frame))):
-            frame.insert(0, levels[0], index)
+    frame = frame.reset_index(names=levels)
+    if is_unnamed:
         return frame, {}
     label = ", ".join(levels)
-    frame = frame.reset_index(names=levels)
     if len(levels) == 1:
         return frame, {"label": label}
     frame.insert(0, label, [", ".join(map(str, key)) for key in index])
@@ -406,17 +399,10 @@ def read_columns(
     """
     if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
-    marks = decimal or ".,"
-    plain = {}
     readings: dict[str, dict[str, Array]] = {}
     certain: set[str] = set()
     for name, column in cells.columns.items():
-        plain[name] = _without_per_cent(list(map(_plain, column)))
-        readings[name] = {}
-        for mark in marks:
-            numbers = _numbers(plain[name], mark)
-            if numbers is not None:
-                readings[name][mark] = numbers
+        readings[name] = _readings(column, decimal or ".,")
         if len(readings[name]) == 1 and name not in labels:
             certain |= {*readings[name]}
     columns = {}
@@ -425,15 +411,21 @@ def read_columns(
         if readings[name]:
             columns[name] = _read(columns[name], readings[name], cells, certain, separator)
         else:
-            columns[name] = _checked_texts(columns[name], cells, plain[name], marks)
+            columns[name] = _checked_texts(columns[name], cells, decimal or ".,")
     return columns
 
 
-def _without_per_cent(cells: list[Any]) -> list[Any]:
-    """Return cells without the sign "%" if all have it."""
+def _readings(cells: list[Any], marks: str) -> dict[str, Array]:
+    """Return the numbers in a column by the decimal marks with which all its cells are numbers."""
+    cells = list(map(_plain, cells))
     if all(str(cell).endswith("%") or is_blank(cell) for cell in cells):
-        return [str(cell).rstrip("% \u00a0\u202f") for cell in cells]
-    return cells
+        cells = [str(cell).rstrip("% \u00a0\u202f") for cell in cells]
+    readings = {}
+    for mark in marks:
+        numbers = _numbers(cells, mark)
+        if numbers is not None:
+            readings[mark] = numbers
+    return readings
 
 
 def _numbers(cells: list[Any], mark: str) -> Array | None:
@@ -502,20 +494,19 @@ def _read(
     rows = np.flatnonzero(~np.isnan(numbers))
     if len(rows) == 0:
         return column
-    if "%" not in column.name and str(column.cells[rows[0]]).strip().endswith("%"):
+    texts = [str(column.cells[row]).strip() for row in rows]
+    if "%" not in column.name and texts[0].endswith("%"):
         column = column._replace(unit="%")
-    ambiguous = rows[numbers[rows] != last[rows]]
-    if len(ambiguous) == 0:
+    if np.array_equal(numbers[rows], last[rows]):
         if _are_codes(column.cells):
             return column._replace(codes=numbers)
         return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
-    row = ambiguous[0]
+    row = rows[(numbers[rows] != last[rows]).argmax()]
     decimal, other = ".,"
     if "." not in column.cells[row]:
         decimal, other = ",."
-    texts = [str(column.cells[row]).strip() for row in rows]
     is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
     if certain == {decimal} or (is_printed and not certain):
         return column._replace(numbers=readings[decimal], decimal=decimal)
@@ -533,17 +524,15 @@ def _are_codes(cells: list[Any]) -> bool:
     return any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts))
 
 
-def _checked_texts(column: TextColumn, cells: Cells, plain: list[Any], marks: str) -> TextColumn:
+def _checked_texts(column: TextColumn, cells: Cells, marks: str) -> TextColumn:
     """Return a column that no notation can read, with what is wrong unless it is one of texts."""
-    readings = [[_number(cell, mark) for cell in plain] for mark in marks]
+    readings = [[_number(_plain(cell), mark) for cell in column.cells] for mark in marks]
     numbers = min(readings, key=lambda numbers: numbers.count(None))
     texts = {}
-    has_numbers = False
     for row, number in enumerate(numbers):
         if number is None:
             texts[row] = str(column.cells[row]).strip()
-        elif number == number:
-            has_numbers = True
+    has_numbers = np.isfinite(np.array(numbers, dtype=np.float64)).any()
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -586,13 +575,15 @@ def require_designs(
         return
     naming = label or next(iter(columns))
     numbers = []
+    texts = {}
     for name, column in columns.items():
-        if column.numbers is not None and name not in labels:
+        if column.numbers is None:
+            texts[name] = [str(cell).strip() for cell in column.cells]
+        elif name not in labels:
             numbers.append(column.numbers)
-    texts = {name: column.cells for name, column in columns.items() if column.numbers is None}
     for name, row in _computed_rows(texts, naming, numbers):
         raise UnfitError(
-            f"{cells.where(row)} is named {texts[name][row].strip()!r}, as computed from others",
+            f"{cells.where(row)} is named {texts[name][row]!r}, as computed from others",
             f"{cells.without(row)}, or rename it if it is a design",
         )
     last = len(cells.rows) - 1
@@ -605,26 +596,20 @@ def require_designs(
 
 
 def _computed_rows(
-    texts: Mapping[str, list[Any]], naming: str, numbers: Sequence[Array]
+    texts: Mapping[str, list[str]], naming: str, numbers: Sequence[Array]
 ) -> Iterator[tuple[str, int]]:
     """Yield the columns and rows of cells that name a sum, or a statistic if the row holds one."""
     for name, cells in texts.items():
         for row, cell in enumerate(cells):
             # In another column it may be the name of a supplier.
-            if _SUM.fullmatch(str(cell)[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
+            if _SUM.fullmatch(cell[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
                 yield name, row
-    names = [str(name)[:_LONGEST] for name in texts.get(naming, ())]
-    counts = Counter(names)
-    named = np.array([counts[n] == 1 and bool(_STATISTIC.fullmatch(n)) for n in names], dtype=bool)
+    is_named = [_STATISTIC.fullmatch(cell[:_LONGEST]) is not None for cell in texts.get(naming, ())]
+    named = np.array(is_named, dtype=bool)
     # Statistics stand above or below all designs, which may be called max or standard, too.
-    above = np.logical_and.accumulate(named)
-    below = np.logical_and.accumulate(named[::-1])[::-1]
-    designs = ~(above | below)
-    for row in np.flatnonzero(above | below).tolist():
-        # Of two designs evenly around it, a third one that is called average may be the first.
-        if above[row] and designs.sum() < _FEWEST_FOR_MEAN:
-            continue
-        if any(_holds(statistic, numbers, row, designs) for statistic in _STATISTICS):
+    apart = np.logical_and.accumulate(named) | np.logical_and.accumulate(named[::-1])[::-1]
+    for row in np.flatnonzero(apart).tolist():
+        if any(_holds(statistic, numbers, row, ~apart) for statistic in _STATISTICS):
             yield naming, row
 
 
@@ -635,14 +620,13 @@ def _holds(
     is_any = False
     for numbers in columns:
         value = float(numbers[row])
-        finite = numbers[designs & np.isfinite(numbers)]
         if math.isfinite(value):
+            is_any = True
+            finite = numbers[designs & np.isfinite(numbers)]
             # It, or the values of which it is one, may be rounded to the digits that are written.
             unit = max(map(_unit, [value, *finite.tolist()]))
-            with np.errstate(all="ignore"):
-                if len(finite) < 2 or not abs(statistic(finite) - value) <= unit / 2:
-                    return False
-            is_any = True
+            if len(finite) < 2 or not abs(statistic(finite) - value) <= unit / 2:
+                return False
     return is_any
 
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 from os import PathLike
 from pathlib import Path
+from shlex import quote
 from typing import Any, Literal
 
 import numpy as np
@@ -119,9 +119,7 @@ _FAILURE = re.compile(
 _UPWARD = re.compile(
     r"[↑▲⬆]|[(\[](?:max\.?|maximi[sz]ed?|(?:more|higher|larger) is better)[)\]]", re.IGNORECASE
 )
-_MAY_BE_RANKED = "may be ranked"  # a remark for a list of such columns
 _FEW = 6  # the most words that a limit to be written lists
-_TIME = re.compile(r"\d+:\d\d(?::\d\d(?:\.\d+)?)?")  # 1:30 or 1:30:00.5
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -200,9 +198,10 @@ def read_table(
             content = tests_of_cells(path, content[1], content[0].columns)
         if isinstance(content, TestTable):
             table = content
-            rule = "left out for a table of tests, which has its own columns and rows"
-            unread = sheet if is_study else None
-            _require_none(rule, skip_rows=skip_rows, variables=variables, sheet=unread)
+            for option, value in (("skip_rows", skip_rows), ("variables", variables)):
+                if value:
+                    rule = "left out for a table of tests, which has its own columns and rows"
+                    raise invalid(option, rule, value)
         else:
             cells, head = content
             head = {**head, "decimal": decimal or head.get("decimal")}
@@ -236,13 +235,6 @@ def read_table(
     return replace(table, remarks=(*remarks, *_failures(designs)))
 
 
-def _require_none(rule: str, **options: Any) -> None:
-    """Refuse options that would have no effect."""
-    for option, value in options.items():
-        if value:
-            raise invalid(option, rule, value)
-
-
 # From sources to cells
 
 
@@ -262,8 +254,8 @@ def _content(
         with path.open("rb") as stream:
             content = _content_of_file(SourceFile(path, stream, encoding, skip_rows, sheet))
     else:
-        rule = "left out for a source that is no file"
-        _require_none(rule, encoding=encoding, skip_rows=skip_rows, sheet=sheet)
+        if skip_rows:
+            raise invalid("skip_rows", "left out for a source that is no file", skip_rows)
         content = _content_of_object(source, kind)
     if isinstance(content, TestTable) or MARK in content[1]:  # the head of one has all names
         return content
@@ -499,65 +491,51 @@ def _claims(
     free = {name: columns[name] for name in columns if name not in (*labels, *variables)}
     numbered = _numbered(free)
     objectives = [name for name in named if name not in formulation.computed]
+    objectives = objectives or _of_role(numbered, OBJECTIVE)
     if not objectives:
-        objectives = numbered[OBJECTIVE]
-    if not objectives:
-        others = [name for name in free if name not in chain(*numbered.values())]
+        others = [name for name in free if name not in numbered]
         objectives = [name for name in others if columns[name].has_numbers()]
     if not named:  # what has a direction is an objective
         asked = {*objectives, *formulation.maximize}.difference(variables)
         objectives = [name for name in columns if name in asked]
-    variables = variables or numbered[VARIABLE]
+    variables = variables or _of_role(numbered, VARIABLE)
     if len(objectives) < (1 if named else 2):
-        others = []  # which may be ranked if the user names them
-        for name, column in columns.items():
-            if column.may_hold_numbers() and (
-                name in (*labels, *variables) or column.codes is not None
-            ):
-                others.append(name)
-        remedy = ""
-        if others or objectives:
-            remedy = (
-                "to rank by one alone, or by those in parentheses, name them by "
-                f"{argument('objectives')}"
-            )
         raise UnfitError(
             "two columns or more must be of numbers, without labels, variables and codes such as "
-            f"01067 ({', '.join(others) or 'none'}), got {', '.join(objectives) or 'none'}",
-            remedy,
+            f"01067, got {', '.join(objectives) or 'none'}",
+            f"to rank by one alone, or by such columns, name them by {argument('objectives')}",
         )
     known_names("objectives", objectives, columns)
     known_names("variables", variables, columns)
-    rules = (  # the first that has a column decides
-        (OBJECTIVE, objectives),
-        (VARIABLE, variables),
-        (OUTPUT, formulation.columns),  # it is computed with, or limited
+    claims = dict.fromkeys([*objectives, *columns], "")
+    rules = (  # the last that has a column decides
+        (EQUALITY, _of_role(numbered, EQUALITY)),
+        (INEQUALITY, _of_role(numbered, INEQUALITY)),
         (LABEL, labels),
-        (INEQUALITY, numbered[INEQUALITY]),
-        (EQUALITY, numbered[EQUALITY]),
-        ("", columns),
+        (OUTPUT, claims.keys() & formulation.columns),  # it is computed with, or limited
+        (VARIABLE, variables),
+        (OBJECTIVE, objectives),
     )
-    claims = {}
-    for name in (*objectives, *columns):
-        claims[name] = next(role for role, names in rules if name in names)
+    for role, names in rules:
+        claims |= dict.fromkeys(names, role)
     return claims
 
 
-def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, list[str]]:
-    """Return columns such as f1, x1 and g1 by role, if they number objectives and variables.
+def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, str]:
+    """Return the roles of columns such as f1, x1 and g1, if they number objectives and variables.
 
     They do beside x1, if no other columns hold numbers, or as f1, f2, … without gaps: F1 and
     f2 [Hz] beside cost and mass may be a force and a frequency. Without f1, none is an objective by
     its name.
     """
-    names: dict[str, list[str]] = {role: [] for role in _ROLES.values()}
+    roles = {}
     firsts = set()
     are_all = True
     for name, column in columns.items():
         match = _NUMBERED.fullmatch(name)
         if match is not None:
             letter = match["letter"].lower()
-            names[_ROLES[letter]].append(name)
+            roles[name] = _ROLES[letter]
             if match["number"] == "1":
                 firsts.add(letter)
         elif column.may_hold_numbers():
@@ -565,90 +543,92 @@ def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, list[str]]:
     plain = {name for name in columns if re.fullmatch(r"f\d+", name)}
     is_series = len(plain) > 1 and plain == {f"f{j + 1}" for j in range(len(plain))}
     if "f" in firsts and ("x" in firsts or are_all or is_series):
-        return names
+        return roles
     if "x" in firsts:
-        return {**names, OBJECTIVE: []}
-    return {role: [] for role in names}
+        return {name: role for name, role in roles.items() if role != OBJECTIVE}
+    return {}
 
 
-def _roles(
+def _of_role(roles: Mapping[str, str], role: str) -> list[str]:
+    """Return the columns with a role."""
+    return [name for name in roles if roles[name] == role]
+
+
+def _role(column: TextColumn, claim: str) -> str:
+    """Return the role of a column, by what it is taken for and what it holds.
+
+    A label is a note until the table has it; a constraint is an output, as a file does not say that
+    it is one.
+    """
+    if claim in (OBJECTIVE, OUTPUT):
+        return claim
+    if claim == VARIABLE and not column.problem and not column.gaps().any():
+        return VARIABLE
+    if claim == LABEL or column.numbers is None:
+        return NOTE
+    return OUTPUT
+
+
+def _remarks(
+    cells: Cells,
+    columns: Mapping[str, TextColumn],
+    claims: Mapping[str, str],
+    roles: Mapping[str, str],
+) -> Iterator[str]:
+    """Yield remarks on columns that are not what they are taken for."""
+    for name, claim in claims.items():
+        column = columns[name]
+        if claim == VARIABLE and roles[name] != VARIABLE:
+            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
+            yield f"{name} is no variable: {problem}."
+        if claim in _MET and roles[name] == OUTPUT:
+            limit = _MET[claim]
+            n_beyond = int((limit.excess(name, column.require_numbers()) > 0).sum())
+            if n_beyond:
+                yield (
+                    f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If "
+                    f"it is one, say --limits {quote(limit.written(name))}, or limits= in Python."
+                )
+
+
+def _remarks_on_guess(
     cells: Cells,
     columns: Mapping[str, TextColumn],
     claims: Mapping[str, str],
     maximize: Collection[str],
-    *,
-    is_guess: bool,
-) -> tuple[dict[str, str], list[str]]:
-    """Return the roles of columns, and remarks on those that a reader may take for others.
+) -> Iterator[str]:
+    """Yield remarks on objectives that nobody has named, and on columns that may be some.
 
     Args:
         cells: All cells.
         columns: The columns.
         claims: What they are taken for by :func:`_claims`.
         maximize: Names of what is to be maximised.
-        is_guess: Whether nobody has said what the objectives are.
     """
-    roles = {}
-    remarks = []
-    unranked = []
     name, *_ = claims
     first = columns[name].require_numbers()
-    if is_guess and len(first) > 2 and first[0].is_integer() and _count_on(first):
-        remarks.append(
+    if len(first) > 2 and first[0].is_integer() and _count_on(first):
+        yield (
             f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
             "objectives."
         )
+    unranked = []
     for name, claim in claims.items():
-        roles[name], remark = _role(cells, columns[name], claim, is_guess=is_guess)
-        if claim == OBJECTIVE and is_guess and not maximize and _UPWARD.search(name):
-            option = f"--maximize '{entry_of(name)}', or maximize= in Python"
-            remark = f"{name} is minimised unless you say {option}."
-        if remark == _MAY_BE_RANKED:
-            unranked.append(name)
-        elif remark:
-            remarks.append(remark)
-    if unranked and is_guess:
-        n_others = len(unranked) - _FEW
-        if n_others > 0:
-            unranked[_FEW:] = [counted(n_others, "other column")]
-        remarks.append(f"Not ranked: {listed(unranked)}; to rank by others, name the objectives.")
-    return roles, remarks
-
-
-def _role(cells: Cells, column: TextColumn, claim: str, *, is_guess: bool) -> tuple[str, str]:
-    """Return the role of a column, and a remark if a reader may take it for something else.
-
-    The first rule that applies decides. A label is a note until the table has it; a constraint is
-    an output, as a file does not say that it is one.
-    """
-    name = column.name
-    numbers = column.numbers
-    role = NOTE if numbers is None else OUTPUT
-    if claim in (OBJECTIVE, OUTPUT):
-        return claim, ""
-    if claim == VARIABLE:
-        gaps = column.gaps()
-        if not column.problem and not gaps.any():
-            return VARIABLE, ""
-        problem = column.problem or cells.place(name, int(gaps.argmax()))
-        return role, f"{name} is no variable: {problem}."
-    if claim == LABEL:
-        return NOTE, _MAY_BE_RANKED if _holds_more(column, cells) else ""
-    if claim in _MET and numbers is not None:
-        limit = _MET[claim]
-        n_beyond = int((limit.excess(name, numbers) > 0).sum())
-        if n_beyond:
-            return OUTPUT, (
-                f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If it "
-                f"is one, say --limits '{limit.written(name)}', or limits= in Python."
-            )
-    if column.may_hold_numbers():
-        return role, _MAY_BE_RANKED
-    if is_guess:
-        texts = [str(cell).strip() for cell in column.cells if not is_blank(cell)]
-        if texts and all(map(_TIME.fullmatch, texts)):
-            return NOTE, f"{name} holds times; to rank by it, write them as numbers."
-    return NOTE, ""
+        column = columns[name]
+        if claim == OBJECTIVE:
+            if not maximize and _UPWARD.search(name):
+                option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
+                yield f"{name} is minimised unless you say {option}."
+        elif claim == LABEL:
+            if _holds_more(column, cells):
+                unranked.append(name)
+        elif claim == "":
+            if column.may_hold_numbers():
+                unranked.append(name)
+            elif column.holds_times():
+                yield f"{name} holds times; to rank by it, write them as numbers."
+    if unranked:
+        yield f"Not ranked: {listed(unranked)}; to rank by others, name the objectives."
 
 
 def _holds_more(column: TextColumn, cells: Cells) -> bool:
@@ -682,7 +662,10 @@ def _table(
     variables = tuple(name_list("variables", variables or stated_variables))
     claims = _claims(columns, formulation, named, variables, labels)
     maximize = {*stated.maximize, *formulation.maximize}
-    roles, remarks = _roles(cells, columns, claims, maximize, is_guess=not named)
+    roles = {name: _role(columns[name], claim) for name, claim in claims.items()}
+    remarks = [*cells.remarks, *_remarks(cells, columns, claims, roles)]
+    if not named:
+        remarks += _remarks_on_guess(cells, columns, claims, maximize)
     data: Columns = {}
     described = {}
     for name, role in roles.items():
@@ -704,7 +687,7 @@ def _table(
         decision=replace(decision, formulation=asked),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
-        remarks=(*cells.remarks, *remarks),
+        remarks=tuple(remarks),
     )
     if label == TEST:
         return table
@@ -733,32 +716,29 @@ def _test_numbers(cells: AnyArray) -> Integers:
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
-    """``(n,)`` the values of a column: numbers, booleans, texts.
+    """``(n,)`` the values of a column: numbers, booleans, texts without blanks around them.
 
     Raises:
         ArgumentValueError: An objective or output is not of numbers.
     """
     if role in (OBJECTIVE, OUTPUT) or (role == VARIABLE and column.codes is not None):
         return column.require_numbers()
-    cells = list(map(_plain, column.cells))
-    integers = _integers(cells)
+    integers = _integers(column.cells)
     if role == NOTE:
+        cells: list[Any] = []
+        for cell in column.cells:
+            # A time stamp is a text.
+            is_plain = cell is None or isinstance(cell, (int, float))
+            cells.append(cell if is_plain else str(cell).strip())
         return np.fromiter(integers or cells, object)
     if integers:
         return np.array(integers, dtype=np.int64)
     if column.numbers is not None:
         return column.numbers
-    texts = list(map(str, cells))
+    texts = [str(cell).strip() for cell in column.cells]
     if {*texts} <= {"True", "False"}:
         return np.array([text == "True" for text in texts])
     return np.fromiter(texts, object)
-
-
-def _plain(cell: Any) -> Any:
-    """Return a cell that is no number: texts without blanks around them, a time stamp as text."""
-    if cell is None or isinstance(cell, (int, float)):
-        return cell
-    return str(cell).strip()
 
 
 def _failures(table: TestTable) -> list[str]:
@@ -769,15 +749,14 @@ def _failures(table: TestTable) -> list[str]:
         words = list(filter(_FAILURE.fullmatch, counts))
         if name in table.limits or not words:
             continue
-        n_failed = sum(map(counts.__getitem__, words))
-        failed = f"{counted(n_failed, 'design')} with {listed(words[:_FEW])} as {name}"
-        others = [text for text in counts if text not in words]
-        others.sort(key=bool, reverse=True)  # an entry of a list may be empty, but not the first
+        failed = counted(sum(counts.pop(word) for word in words), "design")
+        # An entry of a list may be empty, but not the first.
+        others = sorted(counts, key=bool, reverse=True)
         remedy = "check whether they count"
         if 1 <= len(others) <= _FEW:
-            limit = Limit(texts=tuple(others)).written(name)
-            remedy = f"to leave them out, say --limits '{limit}', or limits= in Python"
-        remarks.append(f"{failed}; {remedy}.")
+            limit = quote(Limit(texts=tuple(others)).written(name))
+            remedy = f"to leave them out, say --limits {limit}, or limits= in Python"
+        remarks.append(f"{failed} with {listed(words[:_FEW])} as {name}; {remedy}.")
     return remarks
 
 
@@ -804,7 +783,7 @@ def _incomplete(cells: Cells, table: TestTable, formulation: Formulation, drop: 
 
 def _integers(cells: Sequence[Any]) -> list[int]:
     """Return cells as integers; nothing if one is no integer."""
-    texts = list(map(str, cells))
+    texts = [str(cell).strip() for cell in cells]
     if not all(map(_INTEGER.fullmatch, texts)):
         return []
     return list(map(int, texts))
