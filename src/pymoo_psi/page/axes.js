@@ -133,8 +133,12 @@ const axes = (() => {
   // How many designs lie beyond the ends of an axis.
   function drawBeyond(g, {column, values, y}) {
     const {low, high} = scaleOf(column)
-    const beyond = [picked(shownRows, (row) => values[row] < low), picked(shownRows, (row) => values[row] > high)]
-    const [{length: left}, {length: right}] = isTurned(column) ? beyond.reverse() : beyond
+    let [below, above] = [0, 0]
+    for (const row of shownRows) {
+      if (values[row] < low) below++
+      else if (values[row] > high) above++
+    }
+    const [left, right] = isTurned(column) ? [above, below] : [below, above]
     if (left) drawText(g, `◂ ${left}`, 0, y - 14, "left", INK.accent)
     if (right) drawText(g, `${right} ▸`, size.width, y - 14, "right", INK.accent)
   }

@@ -64,6 +64,7 @@ function addDesigns(more) {
     rowOf: new Map(names.map((name, row) => [name, row])),
     dominator: new Int32Array(n).fill(-1), // of each design, the one found last, see `frontOf`
     boxes: null,
+    orders: [], // of the designs by an objective
     more: [...data.more, ...more],
     alphabetic: null,
     last: null, // the front before

@@ -37,13 +37,14 @@ function* placesAround(g, {row, u, v}, radius, text, {left, right, top, bottom})
 
 // What is wrong with a place: it is nearer to another point, on one, or on a line; the first two only with a line
 // to its own point.
-function faultOf(place, {point, hatched}, {points, lines}, taken) {
+function faultOf(place, {point, hatched}, {points, lines}, taken, least) {
   const covers = (others, start = 0) => [place, ...place.tie.slice(start)].some((spot) => !isFree(spot, others))
+  if (covers(taken) || !isFree(place, hatched)) return UNPLACED
   const own = hypot(...wayTo(place, point))
   const isStray = points.some((one) => hypot(...wayTo(place, one)) < own)
-  const isOnPoint = covers(points)
-  if (covers(taken) || !isFree(place, hatched) || ((isOnPoint || isStray) && !place.tie.length)) return UNPLACED
-  return 4 * isStray + 2 * isOnPoint + covers(lines, 3) // near its point a line may be on that of the front
+  const fault = 4 * isStray + 2 * covers(points)
+  if (fault >= least || (fault && !place.tie.length)) return UNPLACED
+  return fault + covers(lines, 3) // near its point a line may be on that of the front
 }
 
 // The best place of a name, by the first of its texts that has one.
@@ -51,8 +52,9 @@ function bestPlace(g, name, room, taken) {
   g.font = name.font
   let best = {fault: UNPLACED}
   for (const text of name.texts) for (const place of best.tie ? [] : placesAround(g, name.point, name.radius, text, room)) {
-    const fault = faultOf(place, name, room, taken)
-    if (fault < min(name.most, best.fault)) best = {...place, fault}
+    const least = min(name.most, best.fault)
+    const fault = faultOf(place, name, room, taken, least)
+    if (fault < least) best = {...place, fault}
     if (!fault) return best
   }
   return best

@@ -76,11 +76,12 @@ const countPoints = ({u, v}) => (counts, line, rows, step) => {
 // The designs within the limits that are best in two columns.
 function frontOfTwo(columns) {
   if (!columns.every(isObjective)) return []
-  const [xs, ys] = columns.map((column) => data.F[data.objectives.indexOf(column)])
+  const [across, up] = columns.map((column) => data.objectives.indexOf(column))
+  const ys = data.F[up]
   let least = Infinity
   const front = []
-  for (const row of argsort(xs, ranking.front)) {
-    if (ys[row] >= least) continue
+  for (const row of data.orders[across] ??= argsort(data.F[across], data.designs)) {
+    if (!ranking.pareto[row] || ys[row] >= least) continue
     front.push(row)
     least = ys[row]
   }
@@ -90,12 +91,17 @@ function frontOfTwo(columns) {
 // Between two designs there is none: the front goes by the worse values of both. Returns boxes along it.
 function drawFront(g, {u, v}, front) {
   g.beginPath()
-  const lines = front.flatMap((row, k) => {
-    const [x0, y0, x1, y1] = [front[k - 1] ?? row, row].flatMap((one) => [u(one), v(one)])
+  const lines = []
+  let before
+  for (const row of front) {
+    const [x1, y1] = [u(row), v(row)]
+    const [x0, y0] = before ?? [x1, y1]
+    if (before && hypot(x1 - x0, y1 - y0) < 0.5) continue // a step that nobody sees
     g.lineTo(x1, y0)
     g.lineTo(x1, y1)
-    return [boxOf(x0, y0, x1, y0), boxOf(x1, y0, x1, y1)]
-  })
+    lines.push(boxOf(x0, y0, x1, y0), boxOf(x1, y0, x1, y1))
+    before = [x1, y1]
+  }
   Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
   g.stroke()
   return lines
