@@ -105,7 +105,7 @@ function rowOfColumn(column) {
     listenToGrip(grip, column)
     hide.ariaLabel = `Hide ${name}`
     hide.onclick = () => toggleRow("hidden", name)
-  }
+  } else title.parentElement.append(note) // below two fields a row would grow under the hand
   if (!isObjective(column) || data.objectives.length === 1) for (const button of [grip, hide]) button.remove()
   axis.column = column
   log.onclick = () => toggleRow("turned", name)
