@@ -127,7 +127,6 @@ def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
 @pytest.mark.parametrize(
     ("stream", "words", "code"),
     [
-        (">&- 2>&-", "rank set.csv --out out.csv", 0),
         pytest.param(">/dev/full", "rank set.csv --out out.csv", 2, marks=pytest.mark.slow),
         pytest.param("2>&-", "absent", 2, marks=pytest.mark.slow),
         pytest.param("| true", "rank set.csv --out out.csv", 0, marks=pytest.mark.slow),

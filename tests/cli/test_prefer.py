@@ -16,7 +16,7 @@ car,mass,price,range,trunk
 Town,900,22,210,small
 Coast,1500,36,560,large
 Country,1350,30.5,430,large
-A>B,1700,45,640,large
+Tour,1700,45,640,large
 Old,1800,46,600,small
 """
 OPTIONS = ("--maximize", "range", "--units", "mass=kg,price=k€")
@@ -28,13 +28,13 @@ def cars(in_folder):
 
 
 def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
-    answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "A>B?Town"]
+    answers = ["--answers", '"Lane, North>Town", Coast = Country', "--answers", "Coast?Town"]
     printed = said("prefer", "cars.csv", *OPTIONS, *answers, "--out", "d.json")
     decision = Decision.read_json("d.json")
     person = Preferences(read_table("cars.csv", decision))
     person.answer("Lane, North", "Town")
     person.equal("Coast", "Country")
-    person.add("A>B", "?", "Town")
+    person.add("Coast", "?", "Town")
     assert f"Proposed after 2 answers: {person.best}" in printed
     assert decision.chosen == person.best
     first = decision.positions[0]
@@ -45,12 +45,11 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--answers", "Lane>Town"], "a design in --answers must be the name of one design"),
+        (["--answers", "Lane>Town"], "in --answers must be the name of one design"),
         (["--answers", "Town"], "pairs of designs such as A>B"),
         (["--answers", "Town>Town"], "two different ones"),
-        (["--answers", "Town>Coast", "--as", ""], "--as must be a name, got"),
         (["--answers", "Old>Town"], "Pareto optimal"),
-        (["--answers", "Coast>Town", "--limits", "price<=35"], "got Coast, which is infeasible"),
+        (["--answers", "Coast>Town", "--limits", "price<=35"], "a design within the limits"),
         (["--answers", ""], "pairs of designs such as A>B"),
         (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
         (["--answers", "Town>Coast", "--out", "other.json"], "--out must be a new file"),

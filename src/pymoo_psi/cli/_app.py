@@ -17,12 +17,11 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
-from io import StringIO, TextIOWrapper
+from io import TextIOWrapper
 from pathlib import Path
-from shutil import get_terminal_size
-from textwrap import TextWrapper
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -41,8 +40,6 @@ Options: TypeAlias = SimpleNamespace
 
 def path_in(text: str | Path) -> Path:
     """Return a typed path with ``~`` expanded, which shells do not do in ``--out=~/x.csv``."""
-    if not os.fspath(text):  # an unset $FILE; Path would take it for "."
-        raise click.BadParameter("a file or folder must have a name, got ''")
     return Path(os.path.expanduser(text))
 
 
@@ -528,17 +525,15 @@ def guide() -> None:
     """
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command and return its exit code; a user's mistake never gives a traceback.
 
     Args:
-        arguments: The words after ``pymoo-psi``; those of the process by default.
+        arguments: The words after ``pymoo-psi``.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="pymoo_psi")
-    if arguments is None:
-        arguments = sys.argv[1:]
     # Without any words click reports a mistake, code 2; here they ask for help, code 0.
     words = list(arguments) or ["--help"]
     try:
@@ -627,29 +622,14 @@ def printable(text: str) -> str:
 
 
 def print_error(line: str) -> None:
-    """Print a line on standard error, or nothing if that cannot be written to.
-
-    A terminal has it wrapped between words; scripts count on one line.
-    """
-    text = printable(line)
-    try:
-        if sys.stderr.isatty():
-            columns = get_terminal_size().columns
-            wrapper = TextWrapper(columns, break_long_words=False, break_on_hyphens=False)
-            text = "\n".join(map(wrapper.fill, text.splitlines()))
-        print(text, file=sys.stderr, flush=True)
-    except OSError:
-        # The exit code still reports the error. Python would try to write again when it ends, and
-        # exit with 120.
-        sys.stderr = None
+    """Print a line on standard error, or nothing if that cannot be written to."""
+    with suppress(OSError):  # the exit code still reports the error
+        print(printable(line), file=sys.stderr, flush=True)
 
 
 def run() -> None:
     """Entry point of the console script."""
-    # A stream that the shell has closed is None, which has no write().
-    sys.stdout = sys.stdout or StringIO()
-    sys.stderr = sys.stderr or StringIO()
-    code = main()
+    code = main(sys.argv[1:])
     try:
         sys.stdout.flush()
     except OSError:  # otherwise Python complains when it ends, and changes the exit code

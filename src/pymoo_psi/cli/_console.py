@@ -16,6 +16,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -82,12 +83,9 @@ def say(*lines: object) -> None:
 
 def print_text(text: str) -> None:
     """Print a text as it is."""
-    try:  # flushed, as errors of the stream would otherwise appear only when Python ends
+    with suppress(BrokenPipeError):  # of a reader such as "head"
+        # Flushed, as errors of the stream would otherwise appear only when Python ends.
         print(printable(text), flush=True)
-    except BrokenPipeError:
-        pass
-    except OSError as error:  # a full disk
-        raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys: int = 1) -> None:
@@ -159,7 +157,7 @@ def say_ranking(
     """
     sentences = proposal(table, cautions)
     if cautions:
-        text = f"Caution: {cautions[0].sentence}"
+        text = f"Caution: {cautions[0]}"
         if len(cautions) > 1:
             text += f" ({all_by} shows {len(cautions) - 1} more.)"
         sentences.append(text)
@@ -341,13 +339,10 @@ def command(*words: str) -> list[str]:
     """Return a command with its argument, and each option with its value, as shells read them."""
     texts: list[str] = []
     for word in words:
-        text = word
-        if len(texts) == 1 and re.match("-[^-]", word):  # a file, no option
-            text = f"./{word}"
         if word.startswith("--") or not texts:
-            texts.append(_quoted(text))
+            texts.append(_quoted(word))
         else:
-            texts[-1] += f" {_quoted(text)}"
+            texts[-1] += f" {_quoted(word)}"
     return texts
 
 
@@ -355,9 +350,7 @@ def _quoted(word: str) -> str:
     """Return a word as a shell reads it."""
     if _PLAIN_WORD.fullmatch(word):
         return word
-    if sys.platform == "win32":
-        word = word.replace('"', '\\"')
-    elif re.search(r'["$`\\!]', word):
+    if re.search(r'["$`\\!]', word) and sys.platform != "win32":
         return shlex.quote(word)
     return f'"{word}"'
 

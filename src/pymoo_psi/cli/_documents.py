@@ -73,10 +73,8 @@ from pymoo_psi.table import (
     ROW,
     RUN,
     TEST,
-    Expression,
     Schema,
     TestTable,
-    entry_of,
     free_name,
 )
 
@@ -140,8 +138,6 @@ def run_rank(options: Options) -> int:
         notes += position_sentences(table)
     separation = separation_sentences(table)
     following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
-    if cautions and cautions[0].remedy:
-        following = _ranking_by(cautions[0].remedy, path, table.schema)
     if options.long:
         _say_all(table, cautions, head, [*notes, *separation])
         say_next(following)
@@ -149,20 +145,6 @@ def run_rank(options: Options) -> int:
         notes += separation[:1]
         say_ranking(table, cautions, head, notes, following, all_by="--long", out=options.out)
     return 0
-
-
-def _ranking_by(computed: str, path: Path, schema: Schema) -> list[str]:
-    """Return the command that ranks by a computed column in place of the objective in it."""
-    column, _, expression = computed.partition("=")
-    (objective,) = Expression.of(expression).columns
-    renamed = {objective: column}
-    rest = {*OF_SOURCE} - {"objectives", "maximize"}
-    words = ["pymoo-psi", "rank", str(path), *typed_options(rest)]
-    for option in ("objectives", "maximize"):
-        names = [entry_of(renamed.get(name, name)) for name in getattr(schema, option)]
-        if names:
-            words += [f"--{option}", ",".join(names)]
-    return command(*words, "--compute", computed)
 
 
 def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: Names) -> None:

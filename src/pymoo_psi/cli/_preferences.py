@@ -39,7 +39,8 @@ def run_prefer(options: Options) -> int:
     person, foreign = _person_of(table, former["answers"])
     before = _counted(person.answers)
     for entry in entries_of(options.answers):
-        person.add(*_answer_in(entry, table))
+        with named_as({"design": "a design within the limits in --answers"}):
+            person.add(*_answer_in(entry, table))
     say_source(table)
     if foreign:
         answers = ", ".join(map("".join, foreign))
@@ -82,12 +83,10 @@ def _former_position(decision: Decision, name: str | None) -> Values:
     """
     # By name the latest, as positions are in the order of their dates.
     positions = {position["name"]: position for position in decision.positions}
-    if name == "":  # an unset $NAME
-        raise invalid("--as", "a name", name)
-    if name is None and len(positions) > 1:
+    if not name and len(positions) > 1:
         rule = "given, as there are several positions"
         raise invalid("--as", rule, Received(", ".join(positions)))
-    if name is None:
+    if not name:
         name = [*positions, _NOBODY][0]
     return dict(positions.get(name, {"name": name, "answers": []}))
 
@@ -213,32 +212,15 @@ def _show(table: TestTable, one: str, other: str) -> None:
 
 
 def _answer_in(entry: str, table: TestTable) -> Answer:
-    """Return the answer of an entry such as ``A>B``; a name may have these signs.
+    """Return the answer of an entry such as ``A>B``.
 
     Raises:
-        ArgumentValueError: It is no answer, or may be several, or one of the designs is unknown or
-            infeasible.
+        ArgumentValueError: It is no answer, or one of the designs is unknown.
     """
-    answers = []
-    signs = list(re.finditer("[>=?]", entry))
-    for sign in signs:
-        pair = [entry[: sign.start()].strip(), entry[sign.end() :].strip()]
-        try:
-            with named_as({"design": "a design in --answers"}):
-                rows = [table.row_of(design) for design in pair]
-        except PsiError:
-            if len(signs) == 1:
-                raise
-            continue
-        answers.append((rows, sign[0]))
-    if len(answers) != 1:
+    answer = re.fullmatch(r"(.+?)([>=?])(.+)", entry)
+    if answer is None:
         rule = "pairs of designs such as A>B, A=B or A?B"
         remedy = "names are those of 'pymoo-psi rank'; one with a comma needs quotation marks"
         raise invalid("--answers", rule, entry, remedy)
-    rows, relation = answers[0]
-    for row in rows:
-        if table.status[row] != "ok":
-            received = Received(f"{table.names[row]}, which is {table.status[row]}")
-            raise invalid("--answers", "about designs within the limits", received)
-    one, other = [table.names[row] for row in rows]
-    return one, relation, other
+    one, relation, other = map(str.strip, answer.groups())
+    return table.names[table.row_of(one)], relation, table.names[table.row_of(other)]

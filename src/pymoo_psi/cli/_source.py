@@ -15,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from pymoo_psi._numbers import decimal_mark, number
-from pymoo_psi._validation import Names, Received, instance, invalid
+from pymoo_psi._validation import Names, Received, invalid
 from pymoo_psi.analysis import counts_sentence, none_left_reason
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
@@ -39,11 +39,9 @@ def decision_in(options: Options) -> Decision:
         ArgumentValueError: An option cannot be read, or the file is not a decision.
         OSError: The file cannot be opened.
     """
-    path = options.decision
     decision = Decision()
-    if path is not None:
-        decision = Decision.read_json(path)
-    instance(f"page.values in {path}", decision.page.get("values", {}), dict)  # untrusted input
+    if options.decision is not None:
+        decision = Decision.read_json(options.decision)
     base = decision.formulation
     units = pairs_in("--units", getattr(options, "units", ()), "column=unit")
     for name, unit in units.items():
@@ -182,10 +180,7 @@ def choice_warnings(table: TestTable) -> list[str]:
         return []
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
-        remarks = [f"{warning} is not among these designs."]
-        if f"test {chosen}" in table.names:
-            remarks.append(f"Test {chosen} is called 'test {chosen}' in a decision.")
-        return remarks
+        return [f"{warning} is not among these designs."]
     row = table.names.index(chosen)
     values = decision.page.get("values", {})
     changes = []
