@@ -105,9 +105,3 @@ def test_weights_within_a_small_factor_of_many_objectives_are_uniform(m, factor)
     shares = np.bincount(nearest, minlength=len(F)) / len(nearest)
     assert np.abs(acceptability(F, factor=factor)[:, 0] - shares).max() < 0.03
     assert np.ptp(shares) > 0.05
-
-
-def test_weights_of_52_objectives_are_the_most_of_which_a_sentence_says_something():
-    F = 1 - np.eye(53)
-    assert weights_sentence(rank_of_efficiency(F[:52, :52]), 0)
-    assert not weights_sentence(rank_of_efficiency(F), 0)

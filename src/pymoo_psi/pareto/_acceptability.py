@@ -16,7 +16,7 @@ import numpy as np
 
 from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percents
-from pymoo_psi._validation import Array, Integers, Received, Rows, integer, invalid, is_real
+from pymoo_psi._validation import Array, Integers, Rows, integer, invalid, is_real
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
@@ -163,14 +163,10 @@ def simplex_weights(n: int, m: int, factor: float | None) -> Array:
     """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2.
 
     Raises:
-        ArgumentValueError: There are more than 52, or hardly any are within the factor.
+        ArgumentValueError: Hardly any are within the factor, or m is more than 52.
     """
     if m == 1:
         return np.ones((n, 1))
-    if m > _MOST_WEIGHTS:
-        rule = f"of at most {_MOST_WEIGHTS} objectives in which Pareto-optimal designs differ"
-        remedy = "rank by fewer: --objectives, Formulation(objectives=[...]) or F[[...]] names them"
-        raise invalid("F", rule, Received(f"{m}"), remedy)
     low = 0.0
     high = 1.0
     if factor is not None:

@@ -117,16 +117,19 @@ def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
     scaled = values / lengths
     noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
     spread = np.atleast_2d(np.cov(scaled.T)) - noise.mean(axis=0)
-    sizes, axes = np.linalg.eigh(spread)
-    prior = (axes * np.maximum(sizes, _LEAST_VARIANCE)) @ axes.T
+    root = _factors(spread, _LEAST_VARIANCE)
+    prior = root @ root.T
     gains = prior @ np.linalg.inv(prior + noise)
     center = scaled.mean(axis=0)
     means = center + np.einsum("ijk,ik->ij", gains, scaled - center)
-    covariances = prior - gains @ prior
-    covariances = (covariances + covariances.transpose(0, 2, 1)) / 2
-    sizes, axes = np.linalg.eigh(covariances)
-    factors = axes * np.sqrt(np.maximum(sizes, 0.0))[:, None, :] * lengths[:, None]
+    factors = _factors(prior - gains @ prior, 0.0) * lengths[:, None]
     # What has no error is known: rounding would break ties, and equal designs would not be equal.
     is_exact = errors == 0
     factors[is_exact] = 0.0
     return np.where(is_exact, values, means * lengths), factors
+
+
+def _factors(covariances: Array, least: float) -> Array:
+    """Return ``(..., m, m)`` L, so that L Lᵀ are covariances with eigenvalues of at least one."""
+    sizes, axes = np.linalg.eigh(covariances)
+    return np.asarray(axes * np.sqrt(np.maximum(sizes, least))[..., None, :])

@@ -105,8 +105,7 @@ class UtopianFrame:
         if normalize:
             self.scale = self.lengths
         self.line: Array = np.where(np.isfinite(self.lengths), nadir - ideal, 0.0) / self.scale
-        line = self.line / (self.line.max() or 1.0)
-        self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
+        self._direction = self.line / (np.linalg.norm(self.line) or 1.0)  # e, or zero if N = U
 
     def around(self, front: Array) -> UtopianFrame:
         """Return the frame of another ``(k, m)`` Pareto set: this one if its points are fixed."""
@@ -143,68 +142,37 @@ class UtopianFrame:
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n,)`` distances of ``(n, m)`` points to U, the criterion μ1."""
-        distances, unit = self.measured_to_ideal(F)
-        return distances * unit
-
-    def measured(self, F: Array) -> tuple[Array, Array]:
-        """Return the criteria of points in units in which no square over- or underflows.
-
-        Args:
-            F: ``(n, m)`` points.
-
-        Returns:
-            ``(n, 3)`` criteria μ1, μ2, μ3 and the ``(3,)`` units by which to multiply them.
-        """
-        e = self._direction
-        line = self.line
-        longest = line.argmax()
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            distances = _row_norm(self.scaled(F))
+        distances[np.isnan(distances)] = np.inf
+        return distances
+
+    def measured(self, F: Array) -> Array:
+        """Return the ``(n, 3)`` criteria μ1, μ2, μ3 of ``(n, m)`` points."""
+        e = self._direction
+        longest = self.line.argmax()
+        with np.errstate(over="ignore", invalid="ignore"):  # as above
             d = self.scaled(F)
-            unit = self._unit(d)
-            across_unit = np.delete(line, longest).max(initial=0.0) or unit
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
             # the same value of the largest is subtracted first, and no objective's difference
             # meets another's.
-            across = d - (d[:, longest] / unit)[:, None] * line
+            across = d - (d[:, longest] / (self.line[longest] or 1.0))[:, None] * self.line
             across -= (across @ e)[:, None] * e
-            d /= unit
-            measured = np.column_stack([_row_norm(d), _row_norm(across / across_unit), d @ e])
+            measured = np.column_stack([_row_norm(d), _row_norm(across), d @ e])
         measured[np.isnan(measured)] = np.inf
-        return measured, np.array([unit, across_unit, unit])
+        return measured
 
-    def measured_to_ideal(self, F: Array) -> tuple[Array, float]:
-        """Return the first criterion of :meth:`measured` alone, and its unit."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            d = self.scaled(F)
-            unit = self._unit(d)
-            d /= unit
-            distances = _row_norm(d)
-        distances[np.isnan(distances)] = np.inf
-        return distances, unit
-
-    def _unit(self, d: Array) -> float:
-        """Return the greatest part of the line, or of differences from U if N = U."""
-        unit = self.line.max()
-        if unit == 0:
-            unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
-        return float(unit)
-
-    def noise(self, F: Array, units: Array) -> Array:
+    def noise(self, F: Array) -> Array:
         """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
 
         An error in one objective moves a point along its axis. The part of it along UN is an error
         of μ3, the part across UN one of μ2; the error of μ1 is at most all of it.
-
-        Args:
-            F: The points.
-            units: ``(3,)`` the units of the criteria, from :meth:`measured`.
         """
         e2 = self._direction**2
         across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
         parts = np.array([np.ones_like(e2), across, self._direction])
-        terms = parts * self.sizes(F) / units[:, None]
-        return np.asarray(LAST_PLACES * np.hypot.reduce(terms, axis=1))
+        return np.asarray(LAST_PLACES * np.linalg.norm(parts * self.sizes(F), axis=1))
 
     def sizes(self, F: Array) -> Array:
         """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
@@ -270,12 +238,13 @@ class Objectives:
         if kind == "frame":
             names = F.columns
             labels = F.index
-            if list(labels) != list(numbers):  # an integer may be a label or a row
+            if labels.tolist() != list(numbers):  # an integer may be a label or a row
                 numbers = range(0)
             if labels.has_duplicates:
                 import pandas as pd
 
-                labels = pd.Index(unique_names(labels, range(1, n + 1)), name=F.index.name)
+                unique = unique_names(labels.tolist(), range(1, n + 1))
+                labels = pd.Index(unique, name=labels.name)
         objectives = cls(values, np.ones(m), tuple(names), labels, numbers)
         for entry in maximize:
             objectives.sign[objectives.column("maximize", entry)] = -1.0
@@ -303,7 +272,7 @@ class Objectives:
     def column(self, argument: str, entry: Any) -> int:
         """Return the index of an objective that an argument gives by name, or else by index."""
         if isinstance(entry, str) and entry not in self.names:
-            known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
+            known_name(argument, entry, [*map(str, self.names)])
         count = self.names.count(entry)
         if count == 1:
             return self.names.index(entry)
@@ -331,14 +300,15 @@ class Objectives:
 
 def unique_names(names: Iterable[Any], numbers: Sequence[int]) -> list[Any]:
     """Return names of designs, those that several designs share with their numbers appended."""
-    names = list(names)
-    repeated = [*range(len(names))]
-    while repeated:  # "A #1" may itself be the name of another design
-        count = Counter(map(str, names))
-        repeated = [row for row, name in enumerate(names) if count[str(name)] > 1]
-        for row in repeated:
-            names[row] = f"{names[row]} #{numbers[row]}"
-    return names
+    unique = list(names)
+    count = Counter(map(str, unique))
+    for row, name in enumerate(unique):
+        text = str(name)
+        if count[text] > 1:
+            while text in count:  # "A #1" may itself be the name of another design
+                text = f"{text} #{numbers[row]}"
+            unique[row] = text
+    return unique
 
 
 def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[Any]) -> int:
@@ -625,24 +595,23 @@ def rank_of_efficiency(
         normalize = boolean("normalize", normalize)
     if source_type(F) == "table":
         F = F.feasible_ranking()
-    if isinstance(F, EfficiencyRanking):
-        if len(maximize):
-            rule = "left out where a table or ranking has directions of its own"
-            raise invalid("maximize", rule, list(maximize))
-        if normalize is None:
-            normalize = F.frame.normalize
-        if normalize == F.frame.normalize and ideal is None and nadir is None:
-            return F
-        if F.frame.is_fixed:
-            ideal = F.ideal if ideal is None else ideal
-            nadir = F.nadir if nadir is None else nadir
-        objectives, pareto, rows = F.objectives, F.pareto, F.rows
-    else:
+    if not isinstance(F, EfficiencyRanking):
         objectives = Objectives.of(F, maximize)
         pareto = nondominated(objectives.minimized)
         rows = np.arange(len(pareto))
-    normalize = normalize is not False
-    return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
+        normalize = normalize is not False
+        return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
+    if len(maximize):
+        rule = "left out where a table or ranking has directions of its own"
+        raise invalid("maximize", rule, list(maximize))
+    if normalize is None:
+        normalize = F.frame.normalize
+    if normalize == F.frame.normalize and ideal is None and nadir is None:
+        return F
+    if F.frame.is_fixed:
+        ideal = F.ideal if ideal is None else ideal
+        nadir = F.nadir if nadir is None else nadir
+    return ranking_of(F.objectives, F.pareto, F.rows, normalize=normalize, ideal=ideal, nadir=nadir)
 
 
 def ranking_of(
@@ -668,26 +637,26 @@ def ranking_of(
     front = np.flatnonzero(pareto)
     optimal = without_rounding(F.take(front, axis=0))
     F[front] = optimal
-    U, N = _ends(objectives, optimal, ideal, nadir)
-    is_fixed = ideal is not None or nadir is not None
-    frame = UtopianFrame(U, N, normalize, is_fixed=is_fixed)
-    measured, units = frame.measured(F)
-    mu1, mu2, mu3 = map(levels, measured.take(front, axis=0).T, frame.noise(optimal, units))
+    frame = _frame(objectives, optimal, normalize, ideal, nadir)
+    criteria = frame.measured(F)
+    mu1, mu2, mu3 = map(levels, criteria.take(front, axis=0).T, frame.noise(optimal))
     place = np.zeros(len(F), dtype=np.int64)
     counts = np.bincount(mu1)
     place[front] = 1 + (np.cumsum(counts) - counts)[mu1]
     rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
-    with np.errstate(over="ignore"):  # a dominated design may be infinitely far
-        criteria = measured * units
     salukvadze = front[mu1 == 0]
     return EfficiencyRanking(criteria, place, rank, pareto, frame, salukvadze, objectives, rows)
 
 
-def _ends(
-    objectives: Objectives, front: Array, ideal: ArrayLike | None, nadir: ArrayLike | None
-) -> tuple[Array, Array]:
-    """Return the points U and N, minimised: by default the ends of the front."""
+def _frame(
+    objectives: Objectives,
+    front: Array,
+    normalize: bool,
+    ideal: ArrayLike | None,
+    nadir: ArrayLike | None,
+) -> UtopianFrame:
+    """Return the frame of the points U and N: those that are given, or the ends of the front."""
     U = front.min(axis=0)
     if ideal is not None:
         U = objectives.turned("ideal", ideal)
@@ -701,7 +670,7 @@ def _ends(
         if not np.isfinite(N - U).all():
             remedy = "leave out designs with values near the largest number"
             raise invalid("F", "of finite range", Received(f"{U} to {N}"), remedy)
-    return U, N
+    return UtopianFrame(U, N, normalize, is_fixed=ideal is not None or nadir is not None)
 
 
 def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
@@ -803,6 +772,6 @@ def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]
         frame: As for :func:`nearest_to_ideal`.
     """
     frame = frame.around(F)
-    distances, unit = frame.measured_to_ideal(F)
-    noise = LAST_PLACES * np.linalg.norm(frame.sizes(F) / unit)
+    distances = frame.distances(F)
+    noise = LAST_PLACES * np.linalg.norm(frame.sizes(F))
     return np.flatnonzero(distances <= distances.min() + noise), frame

@@ -137,11 +137,9 @@ def representatives(
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front, values = front_of(ranking)
     points = (values - values.min(axis=0)) / ranking.frame.scale
-    unit = points.max() or 1.0  # no square over- or underflows
     start = np.searchsorted(front, ranking.salukvadze[0])
     size = min(k, len(front))
-    chosen, owner, distance = farthest_first(points / unit, [start], size)
+    chosen, owner, distance = farthest_first(points, [start], size)
     distinct = len(np.unique(owner))  # one that equals an earlier one owns nothing
     shares = np.bincount(owner, minlength=distinct) / len(front)
-    radius = float((distance * unit).max())
-    return Representatives(ranking, front[chosen[:distinct]], shares, radius)
+    return Representatives(ranking, front[chosen[:distinct]], shares, float(distance.max()))
