@@ -292,17 +292,14 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     titles = column_titles(problem)
-    own_names = space.variable_names
-    names = {*own_names, *[titles.get(name, name) for name in own_names]}
+    variables = [replace(v, title=titles.get(v.name, v.name)) for v in space.variables]
+    names = {*space.variable_names, *[variable.title for variable in variables]}
     if log is None:
         log = _own_log(problem, names)
     known_names("log", log, names)
-    variables = []
-    for variable in space.variables:
-        variable = replace(variable, title=titles.get(variable.name, variable.name))
+    for j, variable in enumerate(variables):
         if variable.name in log or variable.title in log:
-            variable = _logarithmic(variable)
-        variables.append(variable)
+            variables[j] = _logarithmic(variable)
     for row in space.equalities:
         for variable in compress(variables, row):
             if variable.kind is not Kind.REAL:

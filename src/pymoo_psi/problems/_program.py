@@ -187,8 +187,8 @@ class ProgramProblem(ElementwiseProblem):
             self.names |= numbered("x", self.variables)
             lower, upper = np.transpose([variable.bounds for variable in self.variables.values()])
             arguments = {"n_var": len(lower), "xl": lower, "xu": upper}
-        sizes = {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
-        super().__init__(**sizes, **arguments, **kwargs)
+        arguments |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        super().__init__(**arguments, **kwargs)
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
@@ -427,12 +427,10 @@ class ProgramProblem(ElementwiseProblem):
         require_model(self)
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
         columns = {name: np.array([value]) for name, value in design.items()}
-        for requirement in self._required:
-            if requirement.violation(columns)[0] > 0:
+        for rule in self._required:
+            if rule.violation(columns)[0] > 0:
                 remedy = "give the algorithm Required(problem)"
-                raise EvaluationError(
-                    x, f"it violates the requirement {requirement.name}; {remedy}"
-                )
+                raise EvaluationError(x, f"it violates the requirement {rule.name}; {remedy}")
         if "seed" in kwargs:
             design["seed"] = kwargs["seed"]
         run = self.run(design)
@@ -441,15 +439,13 @@ class ProgramProblem(ElementwiseProblem):
             if run.folder.exists():
                 reason += f"; see {run.folder}"
             raise EvaluationError(design, reason)
-        limits = self.limits.items()
-        out["G"] = [limit.violation(run.outputs[name]) for name, limit in limits]
-        out["F"] = []
-        for name in self.objectives:
-            value = run.outputs.pop(name)
+        outputs = run.outputs
+        out["G"] = [limit.violation(outputs[name]) for name, limit in self.limits.items()]
+        out["F"] = [outputs.pop(name) for name in self.objectives]
+        for j, name in enumerate(self.objectives):
             if name in self.maximize:
-                value = -value
-            out["F"].append(value)
-        out.update(run.outputs)
+                out["F"][j] *= -1
+        out.update(outputs)
 
     # Outputs of stored tests
 
@@ -457,17 +453,6 @@ class ProgramProblem(ElementwiseProblem):
         """Whether the objectives of tests have the names and directions of the problem."""
         names = tuple(self.objectives)
         return schema.objectives == names and {*schema.maximize} == {*self.maximize}
-
-    def computed(self, columns: Entries) -> Values:
-        """Return the outputs that are expressions, by name.
-
-        Args:
-            columns: ``(n,)`` each, by name: variables, and outputs of the program.
-        """
-        outputs = dict.fromkeys(self.outputs, np.nan) | dict(columns)
-        for name, expression in self.known_expressions.items():
-            outputs[name] = expression.values(outputs)
-        return {name: outputs[name] for name in self.known_expressions}
 
     def completed(self, columns: Entries) -> Values:
         """Return outputs of tests that were made before the outputs were what they are.
@@ -480,14 +465,13 @@ class ProgramProblem(ElementwiseProblem):
                 known.
         """
         has_failed = columns["status"] == "failed"
-        outputs = {}
         unknown = np.full(len(has_failed), np.nan)
-        for name in self._tested:
-            outputs[name] = np.array(columns.get(name, unknown))
+        outputs = {name: np.array(columns.get(name, unknown)) for name in self._tested}
         is_missing = np.isnan(np.array([*outputs.values()])).any(axis=0) & ~has_failed
         if is_missing.any() and not self.by_people:
             self._read_again(is_missing, outputs, columns)
-        outputs |= self.computed({**columns, **outputs})
+        for name, expression in self.known_expressions.items():
+            outputs[name] = expression.values({**columns, **outputs})
         for values in outputs.values():
             values[has_failed] = np.nan
         return outputs

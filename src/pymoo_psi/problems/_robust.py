@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections import defaultdict
 from collections.abc import Collection
 from numbers import Real
 from typing import Any
@@ -203,17 +204,17 @@ class Robust(WrappedProblem):
         moved = np.repeat(designs[None], len(self.offsets), axis=0)
         if self._columns:  # an array of whole numbers would cut off the offsets
             moved = moved.astype(np.result_type(designs, np.float64))
-            values = designs[:, self._columns].astype(np.float64)
-            moved[..., self._columns] = values + self.offsets[:, None]
+            moved[..., self._columns] += self.offsets[:, None]
         if len(self.problems) == 1:  # the same in all scenarios: it is called once for all
             moved = moved.reshape(1, -1, designs.shape[1])
-        outs = []
+        parts = defaultdict(list)
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
             # what FailureTolerant gives a failed design does not count
             out = evaluate_designs(untolerant(problem), self.space.designs(rows), *args, **kwargs)
-            outs.append([out[name] for name in ("F", "G", "H", "failure")])
-        F, G, H, failure = map(np.concatenate, zip(*outs, strict=True))
+            for name in ("F", "G", "H", "failure"):
+                parts[name].append(out[name])
+        F, G, H, failure = map(np.concatenate, parts.values())
         valid = competes(F, meets_constraints(G, H) & (failure == ""))
         size = (len(self.offsets), len(designs))
         return F.reshape(*size, -1), valid.reshape(size), failure.reshape(size)

@@ -70,7 +70,7 @@ class WrappedProblem(Problem):
     def __init__(self, problem: Any, **changed: Any) -> None:
         if uses_wrapped_values(self) and untolerant(problem) is not problem:
             inner, outer = type(self).__name__, type(problem).__name__
-            rule = "without FailureTolerant, as which Recorded takes Robust"
+            rule = "without FailureTolerant, whose failed designs have values"
             raise invalid("problem", rule, Received(outer), f"say {outer}({inner}(...))")
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
