@@ -59,10 +59,8 @@ import pandas as pd
 
 from pymoo_psi._validation import (
     Array,
-    Received,
     Rows,
     collection,
-    invalid,
     job_count,
     known_name,
     known_names,
@@ -242,8 +240,7 @@ def reproduce(
         callback: Called with each case as soon as it is ready, to show progress.
 
     Raises:
-        ArgumentValueError: A number is out of range, there is no μ or model, or a model is
-            unknown.
+        ArgumentValueError: A number is out of range, or a model is unknown.
         ArgumentTypeError: A count is not an integer.
 
     Example:
@@ -257,8 +254,6 @@ def reproduce(
     known_names("models", models, MODELS)
     collection("mu", mu, "a list of friction coefficients", "one goes into a list too")
     pairs = [*product(dict.fromkeys(models), dict.fromkeys(mu))]
-    if not pairs:
-        raise invalid("mu and models", "one or more of each", Received(f"{mu} and {models}"))
 
     def solved(pair: tuple[ModelName, float]) -> Case:
         model, value = pair

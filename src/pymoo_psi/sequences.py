@@ -83,9 +83,6 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
         )
     start = first - 1
     stop = start + n_points
-    if stop > 1 << _BITS:
-        rule = f"at most 2^{_BITS}, the length of LPτ"
-        raise invalid("the number of the last point", rule, stop)
     directions = _directions()[:n_dim]
     # Within an aligned block of 2^low_bits indices the bits above low_bits do not change: about as
     # many blocks as each has indices are two small tables, whose combinations are the points.

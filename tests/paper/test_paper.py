@@ -73,7 +73,6 @@ def test_processes_change_nothing(small):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"mu": []}, "mu and models must be one or more of each"),
         ({"mu": 0.4}, "mu must be a list of friction coefficients, got 0.4"),
         ({"models": "full"}, "models must be a list of names, got 'full'"),
     ],

@@ -9,7 +9,7 @@ from operator import getitem
 import numpy as np
 import pytest
 
-from pymoo_psi import ProgramProblem
+from pymoo_psi import ProgramProblem, investigate
 from tests.helpers.mutations import mutated, toml_file
 from tests.helpers.refusals import flaw, refused
 
@@ -71,7 +71,6 @@ FINITE = "must be a finite number, got"
         ("variables steel choices", "S235", f"variables: steel: {LIST} `str`"),
         ("variables steel choices", 5, f"variables: steel: {LIST} `int`"),
         ("variables steel choices", [["S235"]], "variables: steel: Expected .*, got `array`"),
-        ("variables steel choices", ["S", 1, "1"], "steel: choices must be options of which no two"),
 
         ("outputs mass expression", "1e400*width*height", f"a number of an expression {FINITE} inf"),
         ("requirements slender", "height <= 1e400", f"a number of an expression {FINITE} inf"),
@@ -125,6 +124,19 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
 )
 def test_wrong_syntax_is_refused_by_its_line(read, text, message):
     refused(message, read, text)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ([9, 1], "bounds of height of beam must be finite and in increasing order, got 9.0 and 1"),
+        ([0, 1], "height in log must be a real variable whose lower bound is above 0, got 0"),
+    ],
+)
+def test_bounds_are_refused_before_any_run(read, bounds, message):
+    content = copy.deepcopy(FILE)
+    content["variables"]["height"]["bounds"] = bounds
+    refused(message, investigate, read(toml_file(content)), 2)
 
 
 def test_a_byte_order_mark_is_none_of_the_text(read):

@@ -105,8 +105,7 @@ def test_directions_do_not_matter(F):
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
-        (lambda: EfficientSubset(7), ValueError, "rank must be 3, 4, 5 or 6, got 7"),
-        (lambda: rank_of_efficiency(np.eye(2)).subset(9), ValueError, "rank must be 0, 3, 4, 5 or 6, got 9"),
+        (lambda: EfficientSubset(7).do(np.eye(2)), ValueError, "rank must be 0, 3, 4, 5 or 6, got 7"),
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
         (lambda: CompromiseProgramming("2"), ValueError, "p must be a number from 1 to inf, got '2'"),
         (lambda: Preferred("A>B"), ValueError, "an answer must be a triple such as .*, got 'A'"),

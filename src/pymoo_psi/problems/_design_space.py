@@ -398,8 +398,9 @@ def _variables(problem: Any) -> Iterator[Variable]:
         variables = {}
         for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
             variables[f"x{j}"] = _TYPES[problem.vtype](bounds=bounds)
+    titles = column_titles(problem)
     for name, variable in variables.items():
-        yield _variable(name, f"{name} of {problem_name(problem)}", variable)
+        yield _variable(name, f"{titles.get(name, name)} of {problem_name(problem)}", variable)
 
 
 def _variable(name: str, where: str, variable: Any) -> Variable:

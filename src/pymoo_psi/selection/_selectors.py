@@ -118,7 +118,7 @@ class EfficientSubset(RankingSelector):
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: There is no such rank.
+        ArgumentValueError: By ``.do``, if there is no such rank.
 
     Example:
         >>> import numpy as np
@@ -129,8 +129,6 @@ class EfficientSubset(RankingSelector):
 
     def __init__(self, rank: int, *, normalize: bool | None = None) -> None:
         super().__init__(normalize=normalize)
-        if rank not in (3, 4, 5, 6):
-            raise invalid("rank", "3, 4, 5 or 6", rank)
         self.rank = rank
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
