@@ -139,7 +139,7 @@ class Executor:
         is_here = model.problem.elementwise or options.runner is None
         self.recurs = model.space.finite and not model.noisy and is_here and not together
         if self.has_designs:
-            function = CheckedFunction(model.inner, (), {}, seeded=model.noisy)
+            function = CheckedFunction(model.inner, {}, seeded=model.noisy)
             self.queue = Queue(function, _runner_of(model.problem))
         else:
             if options.study is not None or self.recurs:
@@ -305,7 +305,7 @@ def values_with_seeds(problem: Any, X: Any, numbers: Sequence[int]) -> Values:
         numbers: ``(n,)`` the numbers of their points.
     """
     inner = without_requirements(problem)
-    function = CheckedFunction(inner, (), {}, seeded=True)
+    function = CheckedFunction(inner, {}, seeded=True)
     rows = _runner_of(inner)(function, _with_seeds(X, numbers))
     out = columns_of_values(inner, rows)
     if inner is not problem:

@@ -190,7 +190,7 @@ class Recorded(WithTable, WrappedProblem):
             out["test_point"] = out["test_point"].astype(np.int64)
         return out
 
-    def do(self, X: Any, return_values_of: Any) -> Values:
+    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
         """Return the values of designs; pymoo calls this from ``evaluate``.
 
         Raises:

@@ -325,14 +325,14 @@ class ObservedProblem(WrappedProblem):
         self.evaluation_seconds = 0.0
         self._kept: list[Values] = []
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
+    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
             raise EndOfRunError
         designs = np.array(design_space(self.wrapped).to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         # pymoo's own `do` would transpose a wrong F and fill in a missing G.
-        out = evaluate_designs(self.wrapped, X, *args, **kwargs)
+        out = evaluate_designs(self.wrapped, X, **kwargs)
         for reason in filter(None, out["failure"]):
             self.failure = f"a design that failed: {reason}"
             self.left = 0  # PSI takes the error for that of a design, and asks for the next ones

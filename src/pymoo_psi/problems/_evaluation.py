@@ -47,7 +47,7 @@ _VIOLATION = 1e10
 FailedAs = Literal["constraint", "penalty"]
 
 
-def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
+def evaluate_designs(problem: Any, X: Any, **kwargs: Any) -> Values:
     """Evaluate designs like pymoo's ``evaluate``; one that fails has a reason instead of values.
 
     The model gets copies of the designs, and its values are copied. So values stay with their
@@ -57,7 +57,6 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
         problem: A pymoo problem, elementwise or not; a :class:`FailureTolerant` gives failed
             designs values and no reason.
         X: n designs as the problem takes them.
-        *args: For the model, as pymoo passes them.
         **kwargs: For the model, as pymoo passes them.
 
     Returns:
@@ -67,12 +66,12 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
     """
     if uses_wrapped_values(problem):
         values: Values = problem.values_from(
-            X, lambda designs: evaluate_designs(problem.wrapped, designs, *args, **kwargs)
+            X, lambda designs: evaluate_designs(problem.wrapped, designs, **kwargs)
         )
         reasons = values.get("failure", [None] * len(X))
         values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
         return values
-    function = CheckedFunction(problem, args, kwargs)
+    function = CheckedFunction(problem, kwargs)
     with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if _is_one_by_one(problem):
             rows = problem.elementwise_runner(function, X)
@@ -129,13 +128,12 @@ class CheckedFunction:
 
     Args:
         problem: A problem.
-        args: For the model, as pymoo passes them.
         kwargs: For the model, as pymoo passes them.
         seeded: Whether it is called with pairs of a design and a number, which the model gets as
             ``seed=``.
     """
 
-    def __init__(self, problem: Any, args: Any, kwargs: Any, *, seeded: bool = False) -> None:
+    def __init__(self, problem: Any, kwargs: Entries, *, seeded: bool = False) -> None:
         self.seeded = seeded
         self.wrappers: list[WrappedProblem] = []
         while changes_designs_only(problem):
@@ -143,10 +141,9 @@ class CheckedFunction:
             problem = problem.wrapped
         require_model(problem)
         self.problem = problem
-        self.args = args
         self.kwargs = kwargs
         self.sizes = _sizes(problem)
-        self.function = problem.elementwise_func(problem, args, kwargs)
+        self.function = problem.elementwise_func(problem, (), kwargs)
 
     def __call__(self, x: Any) -> Values:
         """Return the values of one design, as arrays of their own."""
@@ -240,9 +237,9 @@ class CheckedFunction:
         out: Values = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
             # pymoo's `do` would reshape (m, n) to (n, m) and fill in what is missing.
-            self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
+            self.problem._evaluate_vectorized(designs, out, **self.kwargs)
         else:
-            out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
+            out |= self.problem.do(designs, [*self.sizes], **self.kwargs)
         for name in self.sizes:
             if isinstance(out[name], list):  # in pymoo, a list holds the columns
                 out[name] = np.column_stack(out[name])
@@ -397,9 +394,9 @@ class FailureTolerant(WrappedProblem):
         """Return the wrapped problem."""
         return self.wrapped
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
+    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
-        out = evaluate_designs(self.wrapped, X, *args, **kwargs)
+        out = evaluate_designs(self.wrapped, X, **kwargs)
         return self.tolerated(X, out, return_values_of)
 
     def tolerated(self, X: Any, out: Values, return_values_of: Any) -> Values:

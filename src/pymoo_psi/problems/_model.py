@@ -18,7 +18,7 @@ from pymoo_psi._kinds import Kind, option_text
 from pymoo_psi._validation import Values, invalid, known_names, name_list
 from pymoo_psi.parallel import Runner
 from pymoo_psi.problems._design_space import DesignSpace, design_space
-from pymoo_psi.problems._pymoo import column_titles, column_units, problem_name
+from pymoo_psi.problems._pymoo import column_titles, problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
 from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
 
@@ -68,8 +68,8 @@ def problem_schema(
             "or change the problem's attribute",
         )
     if units is None:
-        own_units = column_units(problem).items()
-        units = {renamed.get(title, title): unit for title, unit in own_units}
+        own_units = unit_texts(getattr(problem, "units", None) or {}).items()
+        units = {renamed.get(name, name): unit for name, unit in own_units}
 
     # A further output with a unit is promised by that.
     outputs = [Column(name, OUTPUT) for name in unit_texts(units) if name not in schema.names]

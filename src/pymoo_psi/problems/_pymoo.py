@@ -18,7 +18,6 @@ from pymoo.core.problem import Problem
 from pymoo_psi._modules import require_unchanged
 from pymoo_psi._validation import Entries, Values, invalid, mapping, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.table import unit_texts
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
 OF_A_MODEL = (
@@ -113,13 +112,6 @@ def column_titles(problem: Any) -> dict[str, str]:
     if not isinstance(titles, Mapping):
         return {}
     return {str(name): str(title) for name, title in titles.items()}
-
-
-def column_units(problem: Any) -> dict[str, str]:
-    """Return the units in a problem's attribute, by its own names for columns."""
-    titles = column_titles(problem)
-    units = unit_texts(getattr(problem, "units", None) or {})
-    return {titles.get(name, name): unit for name, unit in units.items()}
 
 
 def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:

@@ -185,16 +185,14 @@ class Robust(WrappedProblem):
             "constraints": [*self._constraints],  # those of a program say their limits
         }
 
-    def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
-        F, valid, failure = self.in_scenarios(self.space.to_matrix(X), *args, **kwargs)
+    def _evaluate(self, X: Any, out: Values, **kwargs: Any) -> None:
+        F, valid, failure = self.in_scenarios(self.space.to_matrix(X), **kwargs)
         out["failure"] = np.where((failure == "").any(axis=0), "", failure[0])
         out["F"] = self._statistics(F)
         # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
         out["G"] = (~valid).mean(axis=0)[:, None] - self.failure_probability
 
-    def in_scenarios(
-        self, designs: AnyArray, *args: Any, **kwargs: Any
-    ) -> tuple[Array, Mask, AnyArray]:
+    def in_scenarios(self, designs: AnyArray, **kwargs: Any) -> tuple[Array, Mask, AnyArray]:
         """Evaluate n designs, given as rows of a test table, in all S scenarios.
 
         Returns:
@@ -211,7 +209,7 @@ class Robust(WrappedProblem):
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
             # what FailureTolerant gives a failed design does not count
-            out = evaluate_designs(untolerant(problem), self.space.designs(rows), *args, **kwargs)
+            out = evaluate_designs(untolerant(problem), self.space.designs(rows), **kwargs)
             for name in ("F", "G", "H", "failure"):
                 parts[name].append(out[name])
         F, G, H, failure = map(np.concatenate, parts.values())

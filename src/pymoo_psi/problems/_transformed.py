@@ -24,7 +24,7 @@ from pymoo_psi._validation import (
     require_shape,
 )
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
-from pymoo_psi.problems._pymoo import column_titles, column_units, require_problem
+from pymoo_psi.problems._pymoo import column_titles, require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
 
@@ -98,7 +98,7 @@ class LogScaled(Transformed):
         space = design_space(problem, log=log)
         variables = [*space.variables]
         self.names = column_titles(problem)
-        self.units = column_units(problem)
+        self.units = {**(getattr(problem, "units", None) or {})}
         self._log: dict[int, Variable] = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:
@@ -107,7 +107,8 @@ class LogScaled(Transformed):
                 upper = np.log10(variable.upper)
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
                 self.names[variable.name] = f"log10 {variable.title}"
-                self.units.pop(variable.title, None)
+                for name in (variable.name, variable.title):
+                    self.units.pop(name, None)
         self.logarithms = [variable.title for variable in self._log.values()]
         self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))

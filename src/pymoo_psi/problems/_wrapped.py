@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from pymoo.core.problem import Problem
@@ -127,27 +128,18 @@ class WrappedProblem(Problem):
         """
         return problem_name(self.wrapped)
 
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+    def evaluate(self, X: Any, **kwargs: Any) -> Any:
         """Evaluate designs like pymoo's ``evaluate``, and keep failed ones out of the optimum."""
         algorithm = kwargs.get("algorithm")
         require_inequalities(algorithm)
         leave_failed_out(algorithm)
-        return super().evaluate(X, *args, **kwargs)
+        return super().evaluate(X, **kwargs)
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
+    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this for every batch."""
-
-        def evaluate(designs: Any) -> Values:
-            # its evaluate, as its do neither calls its callback nor replaces NaN
-            values: Values = self.wrapped.evaluate(
-                designs,
-                *args,
-                return_values_of=["F", "G", "H"],
-                return_as_dictionary=True,
-                **kwargs,
-            )
-            return values
-
+        # its evaluate, as its do neither calls its callback nor replaces NaN
+        kwargs |= {"return_values_of": ["F", "G", "H"], "return_as_dictionary": True}
+        evaluate = partial(self.wrapped.evaluate, **kwargs)
         return self.formatted(X, self.values_from(X, evaluate), return_values_of)
 
     def formatted(self, X: Any, out: Values, return_values_of: Any) -> Values:
