@@ -68,8 +68,7 @@ def evaluate_designs(problem: Any, X: Any, **kwargs: Any) -> Values:
         values: Values = problem.values_from(
             X, lambda designs: evaluate_designs(problem.wrapped, designs, **kwargs)
         )
-        reasons = values.get("failure", [None] * len(X))
-        values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
+        values.setdefault("failure", np.full(len(X), "", dtype=object))
         return values
     function = CheckedFunction(problem, kwargs)
     with same_folder(), np.errstate():  # both are as before, whatever the model sets

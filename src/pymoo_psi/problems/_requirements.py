@@ -251,6 +251,7 @@ class Required(WrappedProblem):
             "F": np.full((n, self.n_obj), np.inf),
             "G": np.hstack([np.zeros((n, n_ieq)), amounts]),
             "H": np.zeros((n, self.n_eq_constr)),
+            "failure": np.full(n, "", dtype=object),
         }
         if not len(met):
             return out
