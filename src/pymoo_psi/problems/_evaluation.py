@@ -419,7 +419,7 @@ class FailureTolerant(WrappedProblem):
         # About as large as other values, since algorithms scale by the range of a population. A
         # power of 2, so that a design has the same objectives until the values double: dynamic
         # algorithms evaluate designs twice, and another value is to them a change of the problem.
-        level = np.exp2(np.minimum(np.ceil(np.log2(largest + 1)), 1022))
+        level = np.exp2(np.ceil(np.log2(largest + 1)))
         for i in np.flatnonzero(failed):
             # Each design gets another value, as some algorithms fail with equal ones.
             fraction = (1 + zlib.crc32(repr(X[i]).encode())) / 2**33

@@ -395,11 +395,9 @@ def _of_sum_one(weights: ArrayLike | None) -> Array | None:
     array = finite_array("weights", weights)
     if array.ndim != 1 or (array < 0).any() or not array.any():
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
-    ratios = array / array.max()  # first, as the sum of large weights overflows
-    return np.asarray(ratios / ratios.sum())
+    return np.asarray(array / array.sum())
 
 
-@np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
 def _least_weighted(
     rows: Rows, terms: Array, sizes: Array, weights: Array | None, measures: _Measures
 ) -> Rows:
@@ -415,9 +413,8 @@ def _least_weighted(
     if weights is None:
         weights = np.ones(len(sizes))
     require_shape("weights", weights, sizes.shape)
-    unit = np.abs(terms).max() or 1.0  # no sum overflows
-    terms = weights * (terms / unit)
-    noise = LAST_PLACES * (weights * (sizes / unit))
+    terms = weights * terms
+    noise = LAST_PLACES * weights * sizes
     for measure in measures:
         tolerance = float(measure(noise[None, :])[0])
         values = measure(terms)
