@@ -19,7 +19,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -222,7 +222,8 @@ class ProgramProblem(ElementwiseProblem):
     def _prepare(self, program: Entries) -> None:
         """Read the section of the program, and check it with its files."""
         self.program: Program = section("program", Program, program)
-        self._listing: Output = section("program: error", Output, self.program.error)
+        listing = {"row": 0} | self.program.error  # the first match, unless there is a row
+        self._listing: Output = section("program: error", Output, listing)
         self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
         self._check_files()
         self._check_placeholders()
@@ -362,8 +363,7 @@ class ProgramProblem(ElementwiseProblem):
             run.flaws.append(str(error))
         if run.flaws and self._listing.file:
             with suppress(*_UNREADABLE):
-                first = replace(self._listing, row=self._listing.row or 0)
-                run.flaws[0] = f"{first.cell(run.folder)}; {run.flaws[0]}"
+                run.flaws[0] = f"{self._listing.cell(run.folder)}; {run.flaws[0]}"
         run.seconds = time.monotonic() - began
         keep = keep or self.program.keep == "all"
         if keep or (run.flaws and self.program.keep == "failed"):
