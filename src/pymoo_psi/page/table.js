@@ -8,7 +8,7 @@ const tableColumns = [
     {text: column.label, kind: column.texts ? "" : ".number", name: column.name, cell: (row) => cellText(column, row)})),
   {text: "most behind the best", kind: ".number.hint.most", cell: (row) => behindText(ranking, row)},
 ]
-$("table").style.setProperty("--values", min(6, data.columns.length)) // side by side on a narrow screen
+$("table").style.setProperty("--values", min(data.textual.length ? 5 : 6, data.columns.length)) // side by side on a narrow screen
 const isSorted = ({name}) => name === state.sorted
 
 function sortBy(column) {
