@@ -69,7 +69,8 @@ function argsort(values, rows) {
   }
   let order = upTo(n)
   for (const shift of [0, 11, 22]) {
-    const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
+    const ends = new Int32Array(2049)
+    const next = new Int32Array(n)
     for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
     for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
     for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]

@@ -119,8 +119,9 @@ const axes = (() => {
   function drawRange(g, {column, values, x, y}, rows) {
     numericLimit(column).forEach((end, k) => {
       if (end === null) return
-      const [place, edge] = [x(end), isTurned(column) === Boolean(k) ? 0 : size.width]
-      drawHatch(g, min(place, edge), y - 12, abs(place - edge), 24)
+      const place = x(end)
+      const edge = isTurned(column) === Boolean(k) ? 0 : size.width
+      drawHatch(g, boxOf(place, y - 12, edge, y + 12))
       drawLine(g, INK.text, place, y - 12, place, y + 12, 3)
     })
     const j = data.objectives.indexOf(column)
@@ -133,7 +134,8 @@ const axes = (() => {
   // How many designs lie beyond the ends of an axis.
   function drawBeyond(g, {column, values, y}) {
     const {low, high} = scaleOf(column)
-    let [below, above] = [0, 0]
+    let below = 0
+    let above = 0
     for (const row of shownRows) {
       if (values[row] < low) below++
       else if (values[row] > high) above++

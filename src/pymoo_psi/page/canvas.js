@@ -8,12 +8,13 @@ function layers(parent, count) {
   parent.append(...canvases)
   const size = {width: 0, height: 0}
   const fit = () => {
-    const [width, height] = [parent.clientWidth, parent.clientHeight]
-    if (width === size.width && height === size.height) return
-    Object.assign(size, {width, height})
+    const {clientWidth, clientHeight} = parent
+    if (clientWidth === size.width && clientHeight === size.height) return
+    size.width = clientWidth
+    size.height = clientHeight
     for (const canvas of canvases) {
-      canvas.width = round(width * devicePixelRatio)
-      canvas.height = round(height * devicePixelRatio)
+      canvas.width = round(clientWidth * devicePixelRatio)
+      canvas.height = round(clientHeight * devicePixelRatio)
       // Once: a font makes the browser style the whole page.
       Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
     }
@@ -33,7 +34,8 @@ function whenResized(element, redraw) {
 }
 
 function drawLine(g, colour, x0, y0, x1, y1, lineWidth = 1) {
-  Object.assign(g, {strokeStyle: colour, lineWidth})
+  g.strokeStyle = colour
+  g.lineWidth = lineWidth
   g.beginPath()
   g.moveTo(x0, y0)
   g.lineTo(x1, y1)
@@ -47,14 +49,17 @@ function drawText(g, text, x, y, textAlign, colour = INK.muted) {
 }
 
 // What a limit rejects: one path, as single lines take the browser much longer.
-function drawHatch(g, x, y, width, height) {
+const boxOf = (x0, y0, x1, y1) => ({x: min(x0, x1), y: min(y0, y1), width: abs(x1 - x0), height: abs(y1 - y0)})
+function drawHatch(g, {x, y, width, height}) {
   g.beginPath()
   for (let at = 6 - height; at < width; at += 6) {
-    const [from, to] = [max(0, at), min(width, at + height)] // where a line enters and leaves the box
+    const from = max(0, at) // where a line enters and leaves the box
+    const to = min(width, at + height)
     g.moveTo(x + from, y + height + at - from)
     g.lineTo(x + to, y + height + at - to)
   }
-  Object.assign(g, {strokeStyle: INK.context, lineWidth: 1})
+  g.strokeStyle = INK.context
+  g.lineWidth = 1
   g.stroke()
 }
 
@@ -78,7 +83,6 @@ function wrapped(g, text, width) {
 const DARKEST = 1000 // marks at a pixel
 function drawDensity(g, axes, rows, [least, alpha], count) {
   const {width, height} = g.canvas
-  if (!width || !height) return
   if (g.density?.axes !== axes) {
     g.density = {axes, rows: [], drawn: new Uint8Array(data.total), counts: new Int32Array((width + 1) * height), image: new ImageData(width, height)}
   }
@@ -107,10 +111,12 @@ function drawDensity(g, axes, rows, [least, alpha], count) {
 
 // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
 function nearestRow(most, distance) {
-  let [best, least] = [-1, most]
+  let best = -1
   for (const row of [...shownRows, ...marked]) {
     const away = distance(row)
-    if (away <= least) [best, least] = [row, away]
+    if (!(away <= most)) continue
+    best = row
+    most = away
   }
   return best
 }

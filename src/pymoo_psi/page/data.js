@@ -96,8 +96,9 @@ function fixedFrame() {
     maximize ? -ranges[name][1 - end] : ranges[name][end]))
   return {ideal, nadir}
 }
-const rangesOf = ({fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
-  const [best, worst] = [data.fixed.ideal[j], data.fixed.nadir[j]]
+const rangesOf = ({fixed}) => !fixed ? {} : Object.fromEntries(data.objectives.map(({name, maximize}, j) => {
+  const best = data.fixed.ideal[j]
+  const worst = data.fixed.nadir[j]
   return [name, maximize ? [-worst, -best] : [best, worst]]
 }))
 
@@ -105,10 +106,3 @@ const isObject = (value) => typeof value === "object" && value !== null && !Arra
 
 const entryOf = (object, name) =>
   isObject(object) && Object.hasOwn(object, name) ? object[name] ?? undefined : undefined
-
-// Objects by the user's names have no prototype: in them __proto__ is a name as any other.
-const byName = (entries = []) => {
-  const object = Object.create(null)
-  for (const [name, value] of entries) object[name] = value
-  return object
-}

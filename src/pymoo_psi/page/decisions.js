@@ -2,15 +2,12 @@
 
 const MOST_PINS = 5
 
-// The time of a date of a position, in UTC as table's Decision has it: without a time 0:00, without an offset
-// UTC; NaN of what is no date. DATE is the text of _DATE there.
-const DATE = /^(?!0000)\d{4}-\d\d-\d\d([T ](?:[01]\d|2[0-3]):[0-5]\d(?::[0-5]\d(?:\.\d+)?)?(Z|[+-](?:[01]\d|2[0-3]):[0-5]\d)?)?$/
+// The time of a date of a position, as table's Decision has it: UTC where it has no offset; NaN of what is no
+// date. Programs write them; what a person wrote by hand the commands check further.
 function timeOf(date) {
-  const match = DATE.exec(date)
-  const day = date.slice(0, 10)
-  if (!match || !new Date(day).toJSON()?.startsWith(day)) return NaN // a 30 February is 2 March, or none
-  const [, time, offset] = match
-  return Date.parse(date.replace(" ", "T") + (time && !offset ? "Z" : ""))
+  const [isDate, time] = date.match(/^\d{4}-\d\d-\d\d(.*)$/) ?? []
+  const hasOffset = /Z|[+-]\d/.test(time)
+  return isDate ? Date.parse(time && !hasOffset ? `${date}Z` : date) : NaN
 }
 
 // How untrusted input, a file, is read: a reader returns a value as the page has it, or undefined where it does
@@ -35,13 +32,10 @@ const listOf = (read) => (list, lose) => {
 // Values by the names of columns.
 const byColumn = (read) => (object, lose) => {
   if (!isObject(object)) return undefined
-  const values = byName()
-  for (const [name, entry] of entriesOf(object)) {
-    const value = isColumn(name) ? read(entry, lose, columnOf(name)) : undefined
-    if (value === undefined) lose()
-    else values[name] = value
-  }
-  return values
+  const entries = entriesOf(object).map(([name, entry]) => [name, isColumn(name) ? read(entry, lose, columnOf(name)) : undefined])
+  const fitting = entries.filter(([, value]) => value !== undefined)
+  if (fitting.length < entries.length) lose()
+  return Object.fromEntries(fitting)
 }
 const numbersIf = (fits) => byColumn((value, lose, column) =>
   isObjective(column) && isNumber(value) && fits(value) ? value : undefined)
@@ -81,7 +75,7 @@ const STATE = {
   hidden: [columnsIn, []],
   turned: [columnsIn, []],
   plot: [listOf(only((name) => columnOf(name)?.texts === null)), []], // across and up
-  pins: [(list, lose) => listOf(only(isDesign))(list, lose)?.slice(0, MOST_PINS), []],
+  pins: [listOf(only(isDesign)), []],
   chosen: [only(isDesign), null],
   sorted: [only((name) => name === data.label || isColumn(name)), null], // by a column or the label; null: by place
   down: [isTrue, false],
@@ -115,7 +109,7 @@ function positionsIn(list, lose) {
 
 // A state from untrusted input; a remark names what does not fit.
 function checked(anything) {
-  const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
+  const lost = new Set()
   const state = fieldsOf(STATE, anything, (key) => lost.add(key))
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
@@ -137,7 +131,7 @@ function decisionOf(state, date) {
   return {
     ...data.opens_with,
     ranges: rangesOf(state),
-    units: byName(data.columns.filter((column) => column.unit && (isObjective(column) || entryOf(limits, column.name)))
+    units: Object.fromEntries(data.columns.filter((column) => column.unit && (isObjective(column) || entryOf(limits, column.name)))
       .map(({name, unit}) => [name, unit])),
     limits,
     chosen,
@@ -148,7 +142,7 @@ function decisionOf(state, date) {
     page: {
       title: data.title,
       date,
-      values: row < 0 ? {} : byName(data.columns.map((column) => [column.name, valueOf(column)])),
+      values: row < 0 ? {} : Object.fromEntries(data.columns.map((column) => [column.name, valueOf(column)])),
       state: view,
     },
   }

@@ -2,7 +2,6 @@
 // values, never markup.
 
 const $ = (id) => document.getElementById(id)
-const without = ({...object}, name) => { delete object[name]; return object }
 const onClicks = (actions) => { for (const [id, action] of entriesOf(actions)) $(id).onclick = action }
 const copyOf = (id) => $(id).content.firstElementChild.cloneNode(true) // of a template
 const toggled = (list, item) => list.includes(item) ? list.filter((one) => one !== item) : [...list, item]

@@ -80,7 +80,8 @@ function dominatorOf({low, rows, points, halves}, point, among) {
   for (let j = 0; j < m; j++) if (low[j] > point[j]) return -1
   for (let k = 0; k < rows.length; k++) {
     if (!among[rows[k]]) continue
-    let [j, better] = [0, false]
+    let j = 0
+    let better = false
     for (; j < m && points[k * m + j] <= point[j]; j++) better ||= points[k * m + j] < point[j]
     if (j === m && better) return rows[k]
   }

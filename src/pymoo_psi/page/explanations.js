@@ -60,22 +60,7 @@ const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
 function against(ranking, key, row, other, parts = {}) {
-  const [design, name] = [called(row), called(other)]
-  return sentence(key, {design, other: name, difference: differenceText(ranking, row, other), ...parts})
-}
-
-// The rows to compare, the base first: the existing design, or else the best. Beside it stand the
-// best, the chosen one, the one looked at, what is pinned, and designs one step away from the one looked
-// at, so that there are four. Each: `{row, roles}`.
-function comparison(ranking, state, verdict) {
-  if (!verdict) return []
-  const best = ranking.best[0]
-  const chosen = rowOf(state.chosen)
-  const base = data.total > data.n ? data.n : best
-  const rows = new Set([base, best, chosen, verdict.row, ...state.pins.map(rowOf)].filter((i) => i >= 0))
-  for (const step of verdict.steps) if (rows.size < 4) rows.add(step.row)
-  const roles = {base, proposed: best, chosen}
-  return [...rows].map((i) => ({row: i, roles: Object.keys(roles).filter((role) => roles[role] === i)}))
+  return sentence(key, {design: called(row), other: called(other), difference: differenceText(ranking, row, other), ...parts})
 }
 
 // How far a row is from the best values, those of fixed ranges perhaps, and this in shares of the
@@ -96,7 +81,8 @@ function explain(ranking, row) {
   const {shares} = behind
   const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
   F.forEach((column, j) => {
-    const [value, length] = [own[j], lengths[j]]
+    const value = own[j]
+    const length = lengths[j]
     for (const i of front) {
       const share = (column[i] - value) / length
       if (share > loss[i]) loss[i] = share
@@ -112,7 +98,8 @@ function explain(ranking, row) {
   const neighbours = F.map((column, j) => {
     const value = own[j]
     const leastLosses = (step) => { // of those that gain so much
-      let [some, reach] = [[], Number.MAX_VALUE]
+      const some = []
+      let reach = Number.MAX_VALUE
       for (const i of front) {
         if (!(loss[i] <= reach && column[i] < value && value - column[i] >= step)) continue
         reach = min(reach, loss[i] + TIE)
@@ -169,7 +156,7 @@ function meritOf({front, frame: {low, high}}, row) {
 function verdictOn(ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
-  if (row < 0 || !ranking.count) return null
+  if (!ranking.count) return null
   const first = (ranking.fixed ? data.wholeFixed : data.whole).best[0]
   const {best, mask} = ranking
   return {

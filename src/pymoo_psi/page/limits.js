@@ -10,7 +10,8 @@ function limited(state) {
   for (const [name, limit] of entriesOf(state.limits)) {
     const {values, texts} = columnOf(name)
     const allowed = texts?.map((text) => limit.includes(text))
-    const [least, most] = [limit[0] ?? -Number.MAX_VALUE, limit[1] ?? Number.MAX_VALUE]
+    const least = limit[0] ?? -Number.MAX_VALUE
+    const most = limit[1] ?? Number.MAX_VALUE
     const out = new Uint8Array(n)
     for (let i = 0; i < n; i++) {
       const isAllowed = texts ? allowed[values[i]] : values[i] >= least && values[i] <= most
@@ -93,13 +94,18 @@ function stepsOf(now, {column: {values}, end, looser, isWorse, mask, present}) {
 
 // The first step at which something changes, and to what: tried one after the other in strides, then by halves.
 function* firstChange(count, stride, changed) {
-  let [before, at, change] = [-1, count, null]
+  let before = -1
+  let at = count
+  let change = null
   while (at - before > 1) {
     const step = change === null ? min(before + stride, count - 1) : (at + before) >> 1
     const there = changed(step)
     yield
     if (there === null) before = step
-    else [at, change] = [step, there]
+    else {
+      at = step
+      change = there
+    }
   }
   return [at, change]
 }

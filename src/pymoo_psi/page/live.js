@@ -2,12 +2,13 @@
 if (data.live) {
   // Other tests, or other columns: load the page anew, in the state that it has when the next one arrives.
   const reload = () => {
+    commit() // to the address
     isSaved()
-    addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify({state: page.state(), name: $("steerer").value})))
     location.reload()
   }
   const waiting = [] // designs, while a hand drags
-  let [count, since] = [data.live.count, data.live.count]
+  let {count} = data.live
+  let since = count
 
   const source = new EventSource(`events?from=${data.live.from}`)
   source.onopen = () => { $("offline").hidden = true }
@@ -30,6 +31,9 @@ if (data.live) {
     if (proposedRow() !== before) since = count
   }, 100)
 
+  const name = $("steerer")
+  name.value = sessionStorage.steerer ?? ""
+  name.oninput = () => { sessionStorage.steerer = name.value }
   $("live").hidden = false
   $("steering").hidden = !data.live.steer
   // A key that is held would send thirty requests a second.
@@ -37,12 +41,8 @@ if (data.live) {
   $("steering").onclick = async ({target}) => {
     const action = target.name
     if (!action) return
-    const body = {action, name: $("steerer").value, count: Number($("more").value), formulation: decisionNow()}
+    const body = {action, name: name.value, count: Number($("more").value), formulation: decisionNow()}
     const answer = await fetch("steer", {method: "POST", body: JSON.stringify(body)})
     say(answer.ok ? [] : [await answer.text()])
   }
-  const {state, name} = JSON.parse(sessionStorage.getItem(location.pathname) ?? "{}")
-  if (state) page.set(state)
-  $("steerer").value = name ?? ""
-  sessionStorage.clear()
 }

@@ -65,7 +65,8 @@ function bestPlace(g, name, room, taken) {
 //           hatched: boxes to avoid
 //   room    points and lines, and left, right, top, bottom
 function placedNames(g, names, room, tries) {
-  let [best, least] = [[], Infinity]
+  let best = []
+  let least = Infinity
   for (; tries > 0 && least > 0; tries--) {
     const taken = [] // by names and their lines
     const placed = names.map((name) => {
@@ -74,7 +75,10 @@ function placedNames(g, names, room, tries) {
       return {name, place}
     }).sort((a, b) => b.place.fault - a.place.fault)
     const faults = sum(placed.map(({place}) => place.fault))
-    if (faults < least) [best, least] = [placed.map(({place}) => place).filter(({tie}) => tie), faults]
+    if (faults < least) {
+      best = placed.map(({place}) => place).filter(({tie}) => tie)
+      least = faults
+    }
     names = placed.map(({name}) => name)
   }
   return best

@@ -37,7 +37,7 @@ function short(value, digits = 4, least = 0) {
 function decimalsOf(column, ranking) {
   const {front} = ranking
   const {name, values} = column
-  const known = ranking.decimals ??= byName()
+  const known = ranking.decimals ??= Object.create(null) // of any names
   const areAsGiven = (count) => {
     const factor = 10 ** count
     return front.every((row) => {
@@ -74,7 +74,7 @@ function percents(shares) {
 // A number with the digits that tell designs of its column apart; a text is itself.
 function written({texts, notation}, value) {
   if (texts) return texts[value] || "–"
-  if (value === null || Number.isNaN(value)) return "–"
+  if (value !== value) return "–"
   if (!isNumber(value)) return value > 0 ? "∞" : "−∞"
   let format = decimals(notation.decimals)
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.

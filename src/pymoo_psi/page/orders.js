@@ -52,7 +52,8 @@ function preference(ranking, {weights, aspiration}) {
     const wish = entryOf(aspiration, name) ?? NaN
     return isNumber(wish) ? (maximize ? -wish : wish) : frame.ideal[j]
   })
-  const [value, total] = [new Float64Array(data.n), new Float64Array(data.n)]
+  const value = new Float64Array(data.n)
+  const total = new Float64Array(data.n)
   for (const row of front) {
     const terms = w.map((weight, j) => weight * ((F[j][row] - point[j]) / frame.scale[j]))
     value[row] = max(...terms)

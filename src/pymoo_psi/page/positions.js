@@ -53,7 +53,7 @@ function choiceOf({chosen}, row) {
 function given(row) {
   const role = roleOf(verdict.row)
   if (row === verdict.row) return `is ${role}`
-  const {gains, shares} = gainsOf(ranking.count ? ranking : data.whole, verdict.row, row)
+  const {gains, shares} = gainsOf(ranking, verdict.row, row)
   const j = bySize(shares).find((k) => gains[k] < 0)
   if (j === undefined) return `the ${role} design is nowhere worse`
   return `${role}: ${changeText(data.objectives[j], gains[j], ranking)}${isWithin(shares[j]) ? ` (${percent(abs(shares[j]))})` : ""}`

@@ -8,8 +8,7 @@ for (const column of data.objectives) {
     const kind = k ? "aspiration" : "weights"
     numberField(input, `${column.label}, ${k ? "aspiration" : "weight"}`, (value) => {
       if (!k && value < 0) return "A weight must be 0 or more."
-      const others = without(state[kind], column.name)
-      change({[kind]: value === null ? others : {...others, [column.name]: value}})
+      setEntry(kind, column, value)
       return ""
     })
     wishes.push({input, kind, column})

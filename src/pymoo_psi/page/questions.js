@@ -90,7 +90,8 @@ class Preferences {
     const likely = rows.map(() => 0)
     this.winners.forEach((k, w) => { likely[k] += chances[w] })
     const byRow = (list) => new Map(rows.map((row, k) => [row, list[k]]))
-    const [shares, texts] = [byRow(likely), byRow(percents(likely))]
+    const shares = byRow(likely)
+    const texts = byRow(percents(likely))
     likely[best] += 1
     const likeliest = bySize(likely).slice(0, LIKELIEST).map((k) => rows[k])
     const question = regret < ENOUGH ? null : this.question(chances, likeliest, answers)

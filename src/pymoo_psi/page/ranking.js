@@ -80,7 +80,8 @@ function ranked(mask, fixed = null) {
 function placesOf(front, mu1, noise) {
   const byPlace = argsort(mu1, front)
   const place = new Int32Array(mu1.length)
-  let [from, reach] = [0, -Infinity]
+  let from = 0
+  let reach = -Infinity
   const close = (to) => { if (to - from > 1) byPlace.subarray(from, to).sort() }
   byPlace.forEach((row, k) => {
     if (mu1[row] > reach) {

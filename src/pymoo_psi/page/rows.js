@@ -3,9 +3,7 @@
 // axes.js draws on the axes.
 
 const STEPS = 1000 // of a slider, finer than a pixel
-const FOLDED = 8 // rows that are shown unless more are asked for
 const controls = new Map()
-let isUnfolded = false
 
 // The axis of an objective to be minimised runs from its greatest value at the left: right is better.
 const isTurned = (column) => isObjective(column) && !column.maximize
@@ -39,7 +37,9 @@ function listenToGrip(element, column) {
   }
   onKeys(element, {arrowup: step(-1), arrowdown: step(1)})
   element.onpointerdown = (start) => {
-    const [from, height, stop] = [place(), controls.get(column).row.offsetHeight, new AbortController()]
+    const from = place()
+    const height = controls.get(column).row.offsetHeight
+    const stop = new AbortController()
     const drag = ({type, clientY}) => {
       const isDone = type !== "pointermove"
       moveRow(column, from + round((clientY - start.clientY) / height), isDone)
@@ -120,8 +120,7 @@ function rowOfTexts(column) {
   const texts = column.texts.filter((_, k) => known.has(k))
   const onchange = () => {
     const allowed = boxes.filter((box) => box.checked).map((box) => box.value)
-    const others = without(state.limits, column.name)
-    change({limits: allowed.length === texts.length ? others : {...others, [column.name]: allowed}})
+    setEntry("limits", column, allowed.length === texts.length ? null : allowed)
   }
   const boxes = texts.length > MOST_BOXES ? [] : texts.map((value) => make("input", {type: "checkbox", value, onchange}))
   const note = make("p.note")
@@ -136,27 +135,22 @@ $("objectives").append(...data.objectives.map(rowOfColumn))
 for (const group of $("further").children) {
   const columns = data.columns.filter(({role}) => role === group.dataset.role)
   group.hidden = !columns.length
-  const rows = columns.map((column) => column.texts ? rowOfTexts(column) : rowOfColumn(column))
-  group.lastElementChild.append(...rows.filter(({role}) => role === "row"))
-  group.append(...rows.filter(({role}) => role !== "row"))
-}
-$("fold").onclick = () => {
-  isUnfolded = !isUnfolded
-  update()
+  const table = group.lastElementChild
+  for (const column of columns) {
+    const row = column.texts ? rowOfTexts(column) : rowOfColumn(column)
+    const place = row.role ? table : group // one without numbers is no row of a table
+    place.append(row)
+  }
 }
 
 function showRows() {
-  const columns = objectivesInOrder()
   const table = $("objectives")
-  const rows = columns.slice(0, isUnfolded ? Infinity : FOLDED).map((column) => controls.get(column).row)
+  const rows = objectivesInOrder().map((column) => controls.get(column).row)
   const [heading, ...present] = table.children
   if (rows.length !== present.length || rows.some((row, k) => row !== present[k])) {
     table.replaceChildren(heading, ...rows)
     formerEnds = undefined
   }
-  const folded = columns.slice(FOLDED)
-  const limited = folded.filter(limitOf).length
-  renew("fold", folded.length && (isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`))
   renew("hidden", state.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
   renew("value-head", verdict && roleOf(verdict.row))
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)
@@ -180,7 +174,8 @@ function showRow({column, row, inputs, thumbs, cells, log, note, fill, boxes}) {
   const scale = scaleOf(column)
   const share = shareOn(scale, 0)
   inputs.forEach((input, k) => {
-    const [value, thumb] = [limit?.[k] ?? null, thumbs[k]]
+    const value = limit?.[k] ?? null
+    const thumb = thumbs[k]
     const isSet = value !== null
     showNumber(input, value)
     input.parentElement.classList.toggle("on", isSet)

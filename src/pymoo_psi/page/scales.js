@@ -23,7 +23,8 @@ const valueAt = ({low, high, log}, share) =>
 function ticks({low, high, log}, most) {
   if (!(high > low)) return [low]
   if (log && high / low >= 100) {
-    const [first, last] = [ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9)]
+    const first = ceil(log10(low) - 1e-9)
+    const last = floor(log10(high) + 1e-9)
     const every = ceil((last - first + 1) / most)
     return Array.from({length: floor((last - first) / every) + 1}, (_, k) => 10 ** (first + k * every))
   }

@@ -31,7 +31,9 @@ function windowOf(column, k) {
 //   isKnown, isInside          whether a row has both values, and these are shown
 //   known                      the rows shown that have both
 function planeOf(g, columns, scales, {width, height}) {
-  const [top, right, bottom] = [22, width - 12, height - 40]
+  const top = 22
+  const right = width - 12
+  const bottom = height - 40
   const numbers = scales.map((scale, k) => tickTexts(scale, max(2, k ? bottom / 45 : right / 80)))
   const left = ceil(max(24, ...numbers[1].map(({text}) => g.measureText(text).width + 10)))
   const x = placing(scales[0], left, right, 0)
@@ -46,7 +48,6 @@ function planeOf(g, columns, scales, {width, height}) {
     known: picked(shownRows, isKnown),
   }
 }
-const boxOf = (x0, y0, x1, y1) => ({x: min(x0, x1), y: min(y0, y1), width: abs(x1 - x0), height: abs(y1 - y0)})
 
 function drawFrame(g, {columns, numbers, left, right, top, bottom, x, y}) {
   const [across, up] = numbers
@@ -92,17 +93,19 @@ function frontOfTwo(columns) {
 function drawFront(g, {u, v}, front) {
   g.beginPath()
   const lines = []
-  let before
+  let x0, y0
   for (const row of front) {
-    const [x1, y1] = [u(row), v(row)]
-    const [x0, y0] = before ?? [x1, y1]
-    if (before && hypot(x1 - x0, y1 - y0) < 0.5) continue // a step that nobody sees
-    g.lineTo(x1, y0)
+    const x1 = u(row)
+    const y1 = v(row)
+    if (hypot(x1 - x0, y1 - y0) < 0.5) continue // a step that nobody sees
+    g.lineTo(x1, y0 ?? y1)
     g.lineTo(x1, y1)
-    lines.push(boxOf(x0, y0, x1, y0), boxOf(x1, y0, x1, y1))
-    before = [x1, y1]
+    if (y0 !== undefined) lines.push(boxOf(x0, y0, x1, y0), boxOf(x1, y0, x1, y1))
+    x0 = x1
+    y0 = y1
   }
-  Object.assign(g, {strokeStyle: LOOKS.other.colour, lineWidth: 1})
+  g.strokeStyle = LOOKS.other.colour
+  g.lineWidth = 1
   g.stroke()
   return lines
 }
@@ -114,7 +117,7 @@ function drawLimits(g, {columns, scales, left, right, top, bottom, x, y}) {
     const place = (k ? y : x)(end)
     const edge = (k ? [bottom, top] : [left, right])[side]
     const box = k ? boxOf(left, place, right, edge) : boxOf(place, top, edge, bottom)
-    drawHatch(g, box.x, box.y, box.width, box.height)
+    drawHatch(g, box)
     drawLine(g, INK.text, ...(k ? [left, place, right, place] : [place, top, place, bottom]), 2)
     return box
   }))
@@ -191,7 +194,8 @@ const scatter = (() => {
   const section = $("scatter-plot")
   const area = section.querySelector(".plot")
   let whole // for each column, what is shown without a zoom
-  let [zoom, centre] = [1, [0, 0]] // about what was proposed or looked at, as shares of the scales
+  let zoom = 1
+  let centre = [0, 0] // what was proposed or looked at, as shares of the scales
   let plane
   let boxes = [] // of names
   const selects = [...section.querySelectorAll("select")] // across, up

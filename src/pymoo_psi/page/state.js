@@ -189,11 +189,13 @@ const pinButton = (row) => rowButton("Compare", pin, row, {ariaPressed: isPinned
 const chooseButton = (row) => rowButton("Choose", choose, row, {title: "C", className: "small main"})
 const inspectButton = (row, kind = "") => make(`button.link${kind}`, {value: row, onclick: () => inspect(row)}, called(row))
 
-// A limit on a column, [null, null] for none.
-function setLimit({name}, limit, done) {
-  const others = without(state.limits, name)
-  change({limits: limit.some((end) => end !== null) ? {...others, [name]: limit} : others}, done)
+// An entry of the state by the name of a column; null takes it out.
+function setEntry(key, {name}, value, done) {
+  const {[name]: _, ...others} = state[key]
+  change({[key]: value === null ? others : {...others, [name]: value}}, done)
 }
+// The ends of a limit; null is none.
+const setLimit = (column, ends, done) => setEntry("limits", column, ends.some(isNumber) ? ends : null, done)
 
 const numericLimit = (column) => (column.texts ? null : limitOf(column)) ?? [null, null]
 

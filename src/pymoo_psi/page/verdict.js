@@ -57,7 +57,6 @@ function showCounts() {
 
 // The limits at which another design is proposed, where they are known.
 let changes = []
-const changeTo = (row) => changes.find((change) => change.row === row && !change.looser)
 // A sentence on a limit, which sets it.
 function limitButton({name, end, next, isExact}, sentence) {
   const column = columnOf(name)
@@ -66,15 +65,15 @@ function limitButton({name, end, next, isExact}, sentence) {
 }
 
 function showSteps() {
-  const {steps} = verdict ?? {steps: []}
-  renew("steps-list", steps.map(({row, better, worse}) => {
-    const change = changeTo(row)
+  const used = new Set()
+  renew("steps-list", (verdict?.steps ?? []).map(({row, better, worse}) => {
+    const change = changes.find((one) => one.row === row && !one.looser)
+    used.add(change)
     return make("div", make("h3", inspectButton(row), `: ${tied(better)}`),
       make("p", worse && `But ${tied(worse)}. `, change && limitButton(change, `Proposed ${change.condition}`)),
       make("div.buttons", pinButton(row)))
   }))
-  const others = changes.filter((change) => change !== changeTo(change.row) || !steps.some(({row}) => row === change.row))
-  const items = others.map((change) => make("li", limitButton(change, upper(`${change.condition}, ${outcomeOf(change)}`)),
+  const items = changes.filter((change) => !used.has(change)).map((change) => make("li", limitButton(change, upper(`${change.condition}, ${outcomeOf(change)}`)),
     change.row >= 0 && pinButton(change.row)))
   renew("relax-list", verdict && items)
   renew("ways-back", !verdict && items)
@@ -98,15 +97,22 @@ function showSwitches(found) {
   keepFocus()
 }
 
-// Comparison: what it holds and against what is comparison()'s.
+// Comparison with a base: the existing design, or else the best. Beside it stand the best, the chosen
+// one, the one looked at, what is pinned, and designs one step away, so that there are four.
 function showCompare() {
-  const parts = comparison(ranking, state, verdict)
-  const rows = rowsOf(parts)
+  const proposed = proposedRow()
+  const chosen = chosenRow()
+  const base = data.total > data.n ? data.n : proposed
+  const all = new Set(verdict ? [base, proposed, chosen, verdict.row, ...state.pins.map(rowOf)] : [])
+  all.delete(-1)
+  for (const {row} of verdict?.steps ?? []) if (all.size < 4) all.add(row)
+  const rows = [...all]
   show("compare", rows.length > 1)
   if (rows.length < 2) return
-  const heads = parts.map(({row, roles}) => head("col",
+  const roles = entriesOf({base, proposed, chosen})
+  const heads = rows.map((row) => head("col",
     make("div.named", kept.mask[row] && icon(LOOKS[look(row)]), inspectButton(row, ".label")),
-    make("div.roles", [...roles, placed(row)].join(", ")),
+    make("div.roles", [...roles.filter(([, one]) => one === row).map(([role]) => role), placed(row)].join(", ")),
     make("div.buttons", isPinned(row) && pinButton(row))))
   const differences = rows.map((row) => gainsOf(ranking, row, rows[0]))
   renew("compare-table",
