@@ -52,7 +52,7 @@ function goTo(step) {
 
 function take({state, remarks}) {
   say(remarks)
-  if (state) change(state)
+  change(state)
 }
 
 // The address holds the state unless it is that in which the page opened, so that a link shows it.
@@ -116,7 +116,6 @@ function follow() {
   showSteps()
   if (!dragging) showCompare() // below all that a hand on a slider looks at
   showQuestions()
-  showShares()
   showPositions()
   showPreference()
   showTable()
