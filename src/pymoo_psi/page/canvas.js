@@ -125,29 +125,27 @@ function nearestRow(most, distance) {
 function picture(section) {
   section.classList.add("copied") // with its whole legend, without controls
   const box = section.getBoundingClientRect()
-  const scale = 2
   const margin = 12
-  const canvas = make("canvas", {width: scale * (box.width + 2 * margin), height: scale * (box.height + 2 * margin)})
+  const canvas = make("canvas", {width: 2 * (box.width + 2 * margin), height: 2 * (box.height + 2 * margin)})
   const g = canvas.getContext("2d")
-  g.scale(scale, scale)
   g.fillStyle = INK.panel
   g.fillRect(0, 0, canvas.width, canvas.height)
-  g.translate(margin - box.left, margin - box.top)
-  for (const part of section.querySelectorAll("canvas, .bar, .bar i")) {
-    const {left, top, width, height} = part.getBoundingClientRect()
+  g.scale(2, 2)
+  g.translate(margin - box.x, margin - box.y)
+  for (const part of section.querySelectorAll("canvas, .bar, .bar i, .icon")) {
+    const {x, y, width, height} = part.getBoundingClientRect()
     g.fillStyle = getComputedStyle(part).backgroundColor
-    part.width ? g.drawImage(part, left, top, width, height) : g.fillRect(left, top, width, height)
+    if (part.look && width) drawShape(g, part.look, x + width / 2, y + width / 2)
+    else if (part.getContext) g.drawImage(part, x, y, width, height)
+    else g.fillRect(x, y, width, height)
   }
-  for (const one of section.querySelectorAll(".icon")) {
-    const {left, top, width} = one.getBoundingClientRect()
-    if (width) drawShape(g, one.look, left + width / 2, top + width / 2)
-  }
-  const draw = (element, text, {left, top, bottom, width}) => {
+  g.textBaseline = "middle"
+  const draw = (element, text, {x, y, height}) => {
     if (!element.checkVisibility({visibilityProperty: true})) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
-    Object.assign(g, {font: `${fontWeight} ${fontSize} ${fontFamily}`, fillStyle: color, textBaseline: "middle", letterSpacing: "0px"})
-    if (width) g.letterSpacing = `${(width - g.measureText(text).width) / text.length}px` // digits of one width, as on the page
-    g.fillText(text, left, (top + bottom) / 2)
+    g.font = `${fontWeight} ${fontSize} ${fontFamily}`
+    g.fillStyle = color
+    g.fillText(text, x, y + height / 2)
   }
   const range = document.createRange()
   const texts = document.createTreeWalker(section, NodeFilter.SHOW_TEXT)
@@ -160,8 +158,7 @@ function picture(section) {
     }
   }
   for (const field of section.querySelectorAll("select, input[type=text]")) {
-    const {left, top, bottom} = field.getBoundingClientRect()
-    draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, {left, top, bottom})
+    draw(field, field.selectedOptions?.[0].text ?? ` ${field.value}`, field.getBoundingClientRect())
   }
   section.classList.remove("copied")
   return canvas

@@ -5,11 +5,8 @@ let marks = [] // {row, look} of those that are drawn large above all
 let hoveredRow = -1
 
 function markDesigns() {
-  marks = [...data.prototypes].map((row) => ({row, look: "prototype"}))
-  for (const name of state.pins) marks.push({row: rowOf(name), look: "compared"})
-  if (ranking.count) marks.push({row: proposedRow(), look: "proposed"})
-  if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
-  if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
+  const rows = {prototype: [...data.prototypes], compared: state.pins.map(rowOf), proposed: [proposedRow()], chosen: [chosenRow()], inspected: [inspected]}
+  marks = entriesOf(rows).flatMap(([look, some]) => some.map((row) => ({row, look}))).filter(({row}) => row >= 0)
   marked = rowsOf(marks)
   shownRows = state.dominated ? ranking.rows : ranking.front
   scales = new Map()

@@ -76,7 +76,7 @@ function addDesigns(more) {
     column.axis = [1, -1].map((sign, k) => endOf([column.axis[k], endOf(column.values, sign, data.whole.front)], sign))
   }
   data.fixed = fixedFrame() // the points U and N of fixed ranges
-  data.wholeFixed = isFixed(data.opens_with.ranges) ? ranked(all, data.fixed) : data.whole // by these
+  data.wholeFixed = ranked(all, data.fixed) // by these
   return data
 }
 

@@ -40,11 +40,7 @@ function renew(place, ...children) {
   while (element.childNodes.length > nodes.length) element.lastChild.remove()
 }
 function renewElement(old, node) {
-  for (const {name, value} of node.attributes) {
-    if (old.getAttribute(name) === value) continue
-    if (name === "style") old.style.cssText = value // the policy allows this
-    else old.setAttribute(name, value)
-  }
+  for (const {name, value} of node.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value)
   for (const name of old.getAttributeNames()) if (!node.hasAttribute(name)) old.removeAttribute(name)
   Object.assign(old, {onclick: node.onclick, look: node.look})
   renew(old, ...node.childNodes)

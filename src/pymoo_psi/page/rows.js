@@ -88,7 +88,7 @@ function rowOfColumn(column) {
   const [inputs, thumbs, cells] = [".field input", ".axis input", ".value, .best, .share"].map(all)
   const [grip, log, hide] = all("button")
   const [sense, note, axis, fill] = all(".sense, .note, .axis, .bar i")
-  title.append(unit ? label.slice(0, label.length - unit.length - 3) : label)
+  title.append(name)
   ofUnit.append(unit && ` [${unit}]`)
   note.id = `note-${field}`
   inputs.forEach((input, k) => {

@@ -5,7 +5,6 @@ const MOST_SHAPES = 1000 // beyond that points are a density
 const MOST_NAMES = 20
 const FEW_NAMES = 8 // of designs that no other dominates, which may cover lines
 const MOST_OBSTACLES = 300 // points from which names keep away
-const CLEAR = [26, 10] // pixels beside and above a point that names of others keep
 // The columns across and up.
 const plotColumns = () => [0, 1].map((k) => columnOf(state.plot[k]) ?? data.numeric[k] ?? data.numeric[0])
 
@@ -168,7 +167,8 @@ function drawNames(g, plane, front, rejected, {lines, hatched}) {
   const rows = unique([...wanted, ...further]).filter(isInside)
   const visible = joined(known, rejected)
   const others = visible.length <= MOST_OBSTACLES ? visible : []
-  const pointOf = (row) => ({row, u: u(row), v: v(row), x: u(row) - CLEAR[0], y: v(row) - CLEAR[1], width: 2 * CLEAR[0], height: 2 * CLEAR[1]})
+  // With the pixels around it that names of others keep clear.
+  const pointOf = (row) => ({row, u: u(row), v: v(row), x: u(row) - 26, y: v(row) - 10, width: 52, height: 20})
   const isFew = ranking.front.length <= FEW_NAMES
   const names = rows.map((row) => ({
     point: pointOf(row),

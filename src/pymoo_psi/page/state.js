@@ -65,7 +65,7 @@ function address() {
 function addressed() {
   if (location.hash.length < 2) return
   try {
-    take(checked({...initial.state, ...parsed(decodeURIComponent(location.hash.slice(1)))}))
+    take(checked({...initial.state, ...JSON.parse(decodeURIComponent(location.hash.slice(1)))}))
   } catch {
     say(["The address holds no state of this page."])
   }
