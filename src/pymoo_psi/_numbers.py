@@ -81,8 +81,7 @@ class NumberFormat:
         low = float(compared.min())
         high = float(compared.max())
         size = max(abs(low), abs(high))
-        with_decimals = finite[np.abs(finite) < _LONGEST]  # greater ones are written otherwise
-        as_given = _decimals(with_decimals)
+        as_given = _decimals(finite[np.abs(finite) < _LONGEST])  # others are written otherwise
         if as_given is not None and size < _LONGEST / 10**as_given:
             return cls(as_given)
         order = log10(size)
@@ -90,8 +89,6 @@ class NumberFormat:
         order_of_range = order
         if high > low:
             order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
-        elif len(with_decimals) and np.ptp(with_decimals) > _SAME * size:  # others differ
-            order_of_range = min(order, log10(np.ptp(with_decimals)))
         if _SHORT <= size < _LONG:
             decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
             is_short = True

@@ -124,12 +124,9 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     figure = plot_ranking(rank_of_efficiency(frame, maximize=["life"]))
     assert [row[0] for row in rows_of(figure)[1:]] == ["life, log", "cost"]
     assert rows_of(figure)[1][1:] == ["100", "1\u00a0000\u00a0000", "100"]
-    assert {"10²", "10⁵"} <= {*texts(figure)}  # at the first and the last tick
     assert "not by their logarithms" in figure.caption
     lines, _ = lines_of(figure)
     assert sorted(line[0, 0] for line in lines) == pytest.approx([0, 0.5, 1])
-    (decades,) = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
-    assert decades.get_xdata() == pytest.approx([0, 0.25, 0.5, 0.75])
     axes = shown(plot_objectives(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
     assert axes.get_xlabel() == "life, log, less is better"

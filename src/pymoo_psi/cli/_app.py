@@ -91,14 +91,16 @@ _FORMULATION = [
     ),
     _flag("no-normalize", text="Measure distances in original units."),
 ]
+_DECIMAL = _option("decimal", '"."|","', "Decimal mark [detected].")
+_SHEET = _option("sheet", "NAME", "Sheet of a workbook [the only one].")
 # How a source is read: the roles of its columns and the format of its numbers.
 _READING = [
     _names("variables", "X,Y,…", "Design variable columns [x1,x2,…]."),
     _names("units", "A=KG,B=S", "Units of columns."),
-    _option("decimal", '"."|","', "Decimal mark [detected]."),
+    _DECIMAL,
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _names("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
-    _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
+    _SHEET,
     _option("average-by", "LABEL", "Column that identifies designs with repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
@@ -107,6 +109,8 @@ _READING = [
 OF_FORMULATION = [str(option.name) for option in _FORMULATION]
 OF_SOURCE = [str(option.name) for option in _READING]
 _FILE = click.Argument(["file"], type=path_in)
+_PROTOTYPE = _file("prototype", "FILE", "Existing designs for comparison.")
+_KEPT = _file("study", "FILE.db", "Study that keeps the tests.", required=True)
 _PROBLEM = click.Argument(["problem"])
 # Options that describe the argument PROBLEM.
 _OF_PROBLEM = [
@@ -271,7 +275,7 @@ def solve() -> None:
     "_solve",
     _PROBLEM,
     _option("points", "N", "Number of designs; 0 lists pending ones.", type=_whole(0), default=4),
-    _file("study", "FILE.db", "Study that keeps the tests.", required=True),
+    _KEPT,
     _file("out", "FILE", "Write the designs into this new file (.csv, .xlsx).", required=True),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
     _option("seed", "S", "Random seed (surrogate).", type=_whole(0), default=1),
@@ -293,10 +297,10 @@ def ask() -> None:
 @_command(
     "_solve",
     click.Argument(["file"], type=path_in, required=False),
-    _file("study", "FILE.db", "Study that keeps the tests.", required=True),
+    _KEPT,
     _option("cancel", "N,N,…", "Cancel pending tests.", type=_COUNTS),
-    _option("decimal", '"."|","', "Decimal mark [detected]."),
-    _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
+    _DECIMAL,
+    _SHEET,
 )
 def tell() -> None:
     """Add the results of tests that people made to their study.
@@ -365,7 +369,7 @@ def prefer() -> None:
     "_documents",
     _FILE,
     _TITLE,
-    _file("prototype", "FILE", "Existing designs for comparison."),
+    _PROTOTYPE,
     _file("out", "FILE.html", "Write the page here.", default="page.html"),
     *_READING,
 )
@@ -407,7 +411,7 @@ def live() -> None:
     _TITLE,
     _option("question", "TEXT", "The question that the report answers."),
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
-    _file("prototype", "FILE", "Existing designs for comparison."),
+    _PROTOTYPE,
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
     *_READING,
 )

@@ -89,7 +89,7 @@ def print_text(text: str) -> None:
 
 
 def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys: int = 1) -> None:
-    """Print columns with numbers in 6 digits and blanks for missing values.
+    """Print columns with numbers in 4 digits and blanks for missing values.
 
     Texts are cut to half of the width. The columns of a table that is too wide continue below.
 
@@ -128,7 +128,7 @@ def _cell(value: Any) -> str:
         return shortened(_one_line(value), (text_width() - len(_GAP)) // 2)
     if math.isnan(value):
         return ""
-    return number(value, 6)
+    return number(value)
 
 
 # The ranking

@@ -346,7 +346,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
     for name in ("expected", "lower", "upper", "error"):  # further digits mean nothing
         lines[name] = [float(f"{value:.4g}") for value in lines[name]]
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
-    texts = ends["min"].map("{:.4g}".format) + " … " + ends["max"].map("{:.4g}".format)
+    texts = ends["min"].map(number) + " … " + ends["max"].map(number)
     title = "Sections through the design: predicted objectives while one variable changes"
     _print_by_variable(texts, lines["variable"].unique().tolist(), title)
     errors = lines.groupby("column", sort=False)["error"].first()
@@ -362,7 +362,7 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     steps = convergence(table)
     frame = steps.drop(columns="hypervolume_error")
     title = "Convergence with the number of tests"
-    print_columns(frame.reset_index().round(4).items(), title)
+    print_columns(frame.reset_index().items(), title)
     say(convergence_sentence(steps))
     return frame
 

@@ -74,22 +74,18 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
 def _print_comparison(result: Comparison, name: str) -> None:
     """Print the medians of each algorithm, and the tests of their differences."""
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
-    medians = result.summary()[columns].round(4)
-    medians["seconds"] = medians["seconds"].map("{:.4f}".format)
     headings = {
         "evaluations": "tests",
         "n_nondominated": "designs",
         "igd_plus": "IGD+",
         "optimum_distance": "to optimum",
     }
-    shown = medians.rename(columns=headings)
-    print_columns(shown.items(), f"{name}: medians over the runs", n_keys=2)
-    tests = result.tests().drop(columns="p").round({"effect": 3})
-    tests["p_holm"] = tests["p_holm"].map("{:.2g}".format)
-    print_columns(
-        tests.rename(columns=headings).items(),
-        "Hypervolume by pairs; a difference is significant where p_holm < 0.05",
-    )
+    medians = result.summary()[columns].rename(columns=headings)
+    medians["seconds"] = medians["seconds"].map("{:.4f}".format)
+    print_columns(medians.items(), f"{name}: medians over the runs", n_keys=2)
+    tests = result.tests().drop(columns="p").rename(columns=headings)
+    title = "Hypervolume by pairs; a difference is significant where p_holm < 0.05"
+    print_columns(tests.items(), title)
     say(*_OF_COMPARISONS.splitlines())
 
 

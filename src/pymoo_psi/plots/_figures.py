@@ -6,7 +6,7 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain, combinations, pairwise, product
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,6 @@ from pymoo_psi.plots._style import (
     raised,
     set_log,
     stack_pairs,
-    tick,
 )
 from pymoo_psi.table import Schema, TestTable
 
@@ -73,10 +72,8 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
 _MANY = 15  # lines; more of them are fainter and overlap as a density
 _MOST = 500  # and from here on the others are drawn as their density
-_LEVELS = 200  # between two rows where lines are counted
-_BAND = 5  # of which so many are added, as regular values leave gaps at single ones
-_BINS = 120  # and along a row
-_BLUR = np.array([1, 4, 6, 4, 1]) / 16  # weights of a bin and its neighbours
+_LEVELS = 40  # between two rows where lines are counted
+_BINS = 60  # along a row
 _DENSE = 0.98  # quantile of it from which on it is equally dark
 _BLACK = 3.5  # times this it would be black
 _NEAR = 10  # places up to which lines are darker
@@ -98,9 +95,6 @@ _BELOW = -5.0  # points from a row to the lower line beside it
 _GROUND: Style = {"facecolor": "white", "linewidth": 0, "pad": 0}  # of a text over lines
 _LEFT = ("axes fraction", "data")  # coordinates of the names of rows
 _SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
-_TICK: Style = {"color": "0.4", "markersize": 5}  # of a logarithmic axis
-# A power of ten above its tick, below the marked lines.
-_DECADE: Style = NOTE | {"color": "0.4", "ha": "center", "zorder": 4}
 # A text beside a row.
 _BESIDE_ROW: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
 # A name beside a line.
@@ -396,7 +390,14 @@ def plot_ranking(
             figure.fit(add_key, figure, [ax])
         names = _add_names(ax, ranking, named, n_near, marks)
         figure.fit(_name_lines, figure, ax, names, places[named, -1], n)
-        figure.describe(title, *_ranking_in_words(ranking, is_near, is_log))
+        measure = "from the worst to the best of them"
+        if ranking.frame.is_fixed:
+            measure = "in the fixed range"
+        designs = f"The {counted(len(front), 'design')} that no other dominates: values {measure}."
+        remark = ""
+        if is_log.any():
+            remark = "Designs are ranked by values, not by their logarithms."
+        figure.describe(title, designs, remark)
     return figure
 
 
@@ -410,20 +411,6 @@ def _places_in_rows(ranking: EfficiencyRanking) -> tuple[Array, Mask]:
     places, is_log = zip(*rows, strict=True)
     # What is better than a fixed range counts as its best end.
     return np.minimum(np.column_stack(places), 1.0), np.array(is_log)
-
-
-def _ranking_in_words(ranking: EfficiencyRanking, is_near: Mask, is_log: Mask) -> Iterator[str]:
-    """Yield the sentences of a caption, given which lines are darker and which axes are log."""
-    lines = "each a line"
-    if np.sum(~is_near) > _MOST:
-        lines = "the first ones as lines, the others as the density of theirs"
-    measure = "from the worst to the best of them"
-    if ranking.frame.is_fixed:
-        measure = "in the fixed range"
-    designs = counted(len(is_near), "design")
-    yield f"The {designs} that no other dominates, {lines}: values {measure}."
-    if is_log.any():
-        yield "Designs are ranked by the values on logarithmic axes, not by their logarithms."
 
 
 def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, word: str) -> None:
@@ -444,7 +431,6 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, wor
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
         if is_log[j]:
             heading += ", log"
-            _draw_decades(ax, j, ends)
         front = column[ranking.pareto]
         written = NumberFormat.of(np.append(front, ends), front).text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
@@ -452,16 +438,6 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, wor
             value = ""
         _write_row(ax, j, _BELOW, (heading, worst, best, value))
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
-
-
-def _draw_decades(ax: Axes, row: int, ends: tuple[float, float]) -> None:
-    """Draw a tick at each power of ten between the ends of a logarithmic row."""
-    low, high = np.sort(np.log10(ends))
-    powers = 10.0 ** np.arange(np.ceil(low), high)
-    decades, _ = places_between(powers, *ends)
-    ax.plot(decades, np.full(len(powers), row), "|", zorder=1, **_TICK)
-    for k in (0, -1):  # the others follow from them
-        ax.annotate(tick(powers[k], ends), (decades[k], row), (0, 3.5), **_DECADE)
 
 
 def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]) -> None:
@@ -555,25 +531,21 @@ def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
 def _draw_density(ax: Axes, places: Array) -> None:
     """Draw how many of ``(n, m)`` designs have their line where, the darker the more."""
     m = places.shape[1]
-    margin = len(_BLUR) / _BINS
+    margin = 2 / _BINS
     ends = (min(0.0, places.min()) - margin, 1.0 + margin)
-    shares = (np.arange(_LEVELS) + 0.5) / _LEVELS
     counts = []
     for above, below in pairwise(places.T):
-        for share in shares:
+        for share in (np.arange(_LEVELS) + 0.5) / _LEVELS:
             across = (1 - share) * above + share * below
             counts.append(np.histogram(across, _BINS, ends)[0])
-    density = np.reshape(counts, (-1, _BAND, _BINS)).sum(axis=1)
-    # Regular designs gather at some bins.
-    density = np.apply_along_axis(np.convolve, 1, density, _BLUR, "same")
-    dense = np.quantile(density, _DENSE)
+    dense = np.quantile(counts, _DENSE)
     ax.imshow(
-        np.minimum(density, dense),
+        np.minimum(counts, dense),
         cmap="Greys",
         norm=PowerNorm(0.5, 0, _BLACK * dense),
         extent=(*ends, m - 1, 0),
         aspect="auto",
-        interpolation="bilinear",
+        interpolation="gaussian",
         clip_on=False,
         zorder=-1,
     )
