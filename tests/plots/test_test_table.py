@@ -162,26 +162,6 @@ def test_designs_outside_the_axes_are_arrows_at_their_edge():
     assert max(line.zorder for line in lines) < min(line.zorder for line in groups)
 
 
-@pytest.mark.parametrize(
-    ("width", "objectives", "n_axes", "n_limits"),
-    [(180, None, 2, 2), (90, None, 1, 1), (90, ["cost", "mass", "heat"], 3, 2)],
-)
-def test_axes_and_limits_are_named_once_for_all_panels_of_each_column_or_in_each_panel(
-    width, objectives, n_axes, n_limits
-):
-    x = np.linspace(0, 1, 9)
-    frame = pd.DataFrame({"cost": x, "mass": 1 - x, "heat": (1 - x) ** 2, "co2": (1 - x) ** 3})
-    frame["noise"] = 1 - x**2  # against cost, all other objectives are in the same order
-    table = read_table(frame).under(limits={"cost": 0.8})
-    axes = shown(plot_objectives(table, objectives=objectives, width=width))
-    assert {ax.get_xlabel() for ax in axes[:2]} == {"cost, less is better"}
-    assert sum(ax.xaxis.label.get_visible() for ax in axes) == n_axes
-    assert sum(ax.xaxis.get_major_ticks()[0].label1.get_visible() for ax in axes) == n_axes
-    limits = [t for ax in axes for t in ax.texts if t.get_text().startswith("limit 0.8")]
-    assert sum(text.get_visible() for text in limits) == n_limits
-    assert_readable(axes[0].figure)
-
-
 def test_the_front_of_two_objectives_is_a_staircase():
     """Every point of it is reached by a design that is as good in both objectives."""
     F = np.random.default_rng(3).random((30, 2))

@@ -47,8 +47,6 @@ if TYPE_CHECKING:
 
 _WIDTH_OF_PIPE = 80
 _MOST_ROWS = 10
-_LEAST_ROWS = 3
-_LINES = 24
 _HEADING_WIDTHS = (80, 24, 16, 12)  # the first of these at which a table fits
 _LEAST_LABEL = 16
 _GAP = "  "
@@ -161,31 +159,25 @@ def say_ranking(
         if len(cautions) > 1:
             text += f" ({all_by} shows {len(cautions) - 1} more.)"
         sentences.append(text)
-    above = wrapped(head, text_width())
-    below = "\n".join([wrapped([*sentences, *notes], text_width()), *_next(following)])
-    # Beside them: two blank lines, the head of the table, its ends, and the count of further rows;
-    # units have a line more.
-    n_rows = _LINES - len(above.splitlines()) - len(below.splitlines()) - 6
-    designs = _table(table, min(max(n_rows, _LEAST_ROWS), _MOST_ROWS), out)
-    print_text("\n\n".join([above, "\n".join(designs), below]))
+    print_text(wrapped(head, text_width()) + "\n")
+    print_text("\n".join(_table(table, out)) + "\n")
+    print_text(wrapped([*sentences, *notes], text_width()))
+    say_next(following)
 
 
 # The table
 
 
-def _table(table: TestTable, n_rows: int, out: Path | None) -> list[str]:
+def _table(table: TestTable, out: Path | None) -> list[str]:
     """Return the lines of the table, with the counts of designs and objectives that are left out.
 
     Args:
         table: The tests.
-        n_rows: How many designs are shown.
         out: The file that has the other designs, if any.
     """
     ranking = table.feasible_ranking()
     optimal = ranking.by_place[: ranking.pareto.sum()]
-    if len(optimal) == n_rows + 1:  # the row itself takes no more than its count
-        n_rows += 1
-    columns = _fitting(table, optimal[:n_rows])
+    columns = _fitting(table, optimal[:_MOST_ROWS])
     headings, units, *designs, best, worst = map(str.rstrip, _rows(columns))
     lines = [headings, *filter(None, [units]), *designs]
     n_hidden = len(optimal) - len(designs)
@@ -357,11 +349,7 @@ def _quoted(word: str) -> str:
 
 def say_next(following: Names) -> None:
     """Print the next command: its first words, and its options."""
-    print_text("\n".join(_next(following)))
-
-
-def _next(following: Names) -> list[str]:
-    return continued([f"Next: {following[0]}", *following[1:]], text_width())
+    print_text("\n".join(continued([f"Next: {following[0]}", *following[1:]], text_width())))
 
 
 def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:

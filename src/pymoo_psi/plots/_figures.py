@@ -304,7 +304,7 @@ def plot_objectives(
         listed = [text for text, *places in points.named.values() if places]
         figure.fit(add_key, figure, axes, heading)
         figure.fit(add_list, figure, listed)
-        figure.fit(stack_pairs, figure, [first for first, _ in pairs])
+        figure.fit(stack_pairs, figure)
         figure.describe(title, *sentences)
     return figure
 

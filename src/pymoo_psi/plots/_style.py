@@ -274,33 +274,15 @@ def panels(
         yield figure, axes[:n]
 
 
-def stack_pairs(figure: Drawing, names: Sequence[str]) -> None:
-    """Set the height of a figure of pairs of columns, and name axes that they share only once.
-
-    Where all panels of each column have the same axis across, it is named below the last of them.
-
-    Args:
-        figure: The figure.
-        names: The axis across of each panel.
-    """
+def stack_pairs(figure: Drawing) -> None:
+    """Set the height of a figure of pairs of columns."""
     grid: Any = figure.axes[0].get_gridspec()
-    is_shared = list(names) == list(names[: grid.ncols]) * grid.nrows
-    n_axes = 1 if is_shared else grid.nrows
-    for ax in figure.axes:
-        place: Any = ax.get_subplotspec()
-        is_last = not is_shared or place.is_last_row()
-        ax.tick_params(labelbottom=is_last)
-        ax.xaxis.label.set_visible(is_last)
-        for text in _texts_above(ax):
-            text.set_visible(not is_shared or place.is_first_row())
-    for ax in figure.axes:
-        head_axes(ax)
     height = _PANEL
-    if len(names) == 1:
+    if len(figure.axes) == 1:
         height = _ONE_PANEL
     elif figure.get_figwidth() * 25.4 < NARROW:
         height = _LOW_PANEL
-    total = _PADS + grid.nrows * (height + _HEADING) + _AXIS * n_axes
+    total = _PADS + grid.nrows * (height + _HEADING + _AXIS)
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
