@@ -102,7 +102,7 @@ def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys
         is_text = not any(map(_NUMBER.match, texts[1:]))
         columns.append(_aligned(texts, left=is_text))
     if not columns[0][1:]:
-        say(f"{title.rstrip(':')}: none")
+        say(f"{title}: none")
         return
     say(title)
     keys = columns[:n_keys]
@@ -353,9 +353,7 @@ def say_next(following: Names) -> None:
 
 
 def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
-    """Return a command in lines that fit into a width and that a shell joins, on Windows in one.
-
-    Where it takes several lines, short options come first, as they share one.
+    """Return a command in one line if it fits into a width, else in lines that a shell joins.
 
     Args:
         parts: The command with its argument, and each option with its value.
@@ -364,14 +362,7 @@ def continued(parts: Names, columns: int = _WIDTH_OF_PIPE) -> list[str]:
     whole = " ".join(parts)
     if _columns(whole) <= columns or sys.platform == "win32":
         return [whole]
-    lines = [parts[0]]
-    for option in sorted(parts[1:], key=_columns):
-        if _columns(f"{lines[-1]} {option}") + 2 <= columns:
-            lines[-1] += f" {option}"
-        else:
-            lines[-1] += " \\"
-            lines.append(f"    {option}")
-    return lines
+    return " \\\n    ".join(parts).splitlines()
 
 
 # Files
@@ -413,9 +404,7 @@ def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
 
 
 def _is_ours(path: Path) -> bool:
-    """Return whether a file is empty or a result of pymoo-psi, which a new one may replace."""
-    if path.stat().st_size == 0:
-        return True
+    """Return whether a file is a result of pymoo-psi, which a new one may replace."""
     file_format = _FORMATS.get(path.suffix.lower())
     if file_format is None:  # HTML
         return is_marked(path)

@@ -363,7 +363,7 @@ def try_program(name: str, problem: Any) -> int:
         say(f"Filled: {line}")
     values = {**design, **run.outputs}
     names = [with_unit(name, problem.units.get(name, "")) for name in values]
-    print_columns([("column", names), ("value", values.values())], "Variables and outputs:")
+    print_columns([("column", names), ("value", values.values())], "Variables and outputs")
     say(f"Took {run.seconds:.1f} s.")
     for flaw in run.flaws:
         say(f"Wrong: {flaw}")

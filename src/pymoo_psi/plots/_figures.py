@@ -192,10 +192,9 @@ def plot_table(
             figure.fit(ax.label_outer)
         figure.fit(add_key, figure, axes)
         figure.is_divisible = not rows
-        sentences = ["Histograms: the share of each group in each interval."]
-        if rows:
-            sentences.append("Below, objectives against variables.")
-        figure.describe(title, *sentences, points.counts(table), _outside(histograms))
+        histogram_words = "Histograms: the share of each group in each interval."
+        below = "Below, objectives against variables." if rows else ""
+        figure.describe(title, histogram_words, below, points.counts(table), _outside(histograms))
     return figure
 
 
@@ -297,15 +296,15 @@ def plot_objectives(
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second, is_detailed=True)
         heading = ""
-        sentences = [points.counts(table)]
+        sentence = ""
         if len(pairs) < n_pairs:
             heading = f"{len(pairs)} of {n_pairs} pairs of objectives: those that conflict most"
-            sentences.insert(0, f"{heading}.")
+            sentence = f"{heading}."
         listed = [text for text, *places in points.named.values() if places]
         figure.fit(add_key, figure, axes, heading)
         figure.fit(add_list, figure, listed)
         figure.fit(stack_pairs, figure)
-        figure.describe(title, *sentences)
+        figure.describe(title, sentence, points.counts(table))
     return figure
 
 

@@ -69,10 +69,8 @@ _PARETO: Style = _HOLLOW | {
 }
 _DOT = _DOMINATED | {"markeredgewidth": 0.0, "markerfacecolor": "0.75"}  # no ring is seen
 _FAINTEST = 0.6  # opacity of the markers of very many designs
-# Places in the order of drawing below the Pareto-optimal points, 3.5.
-_BELOW_POINTS = 3.4
-_BELOW_MARK = 3.3
-_FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.6}  # of two objectives
+_BELOW_POINTS = 3.4  # place in the order of drawing below the Pareto-optimal points, 3.5
+_FRONT: Style = {"color": "0.15", "linewidth": 0.8, "zorder": 3.3}  # of two objectives
 _MARKED: Style = {  # the chosen or proposed design
     "linestyle": "none",
     "marker": "o",
@@ -142,11 +140,11 @@ class Column:
         if letter == "x":
             axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **NOTE)
             return
-        side: Style = {"va": "bottom", "xytext": (-2, 2)}
+        up, align = 2, "bottom"
         place = axes.get_yaxis_transform().transform((1, limit))
         if axes.transAxes.inverted().transform(place)[1] > 1 - _NARROW:
-            side = {"va": "top", "xytext": (-2, -2)}
-        axes.annotate(text, (1, limit), xycoords=_RIGHT, ha="right", **side, **NOTE)
+            up, align = -2, "top"
+        axes.annotate(text, (1, limit), (-2, up), _RIGHT, ha="right", va=align, **NOTE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,15 +183,13 @@ class Points:
         x = self.columns[first]
         y = self.columns[second]
         mark = _MARKED
-        front = _FRONT
         if is_detailed and len(x.places) <= _MANY:  # the mark hides none of its neighbours
             mark = mark | {"zorder": _BELOW_POINTS}
-            front = front | {"zorder": _BELOW_MARK}
         for row in self.marked:
             label = f"{self.word}: {self.named[row][0]}"
             axes.plot(x.places[row], y.places[row], label=label, **mark)
         if PARETO in self.groups and x.sign * y.sign != 0:
-            _draw_front(axes, x, y, self.groups[PARETO][1], front)
+            _draw_front(axes, x, y, self.groups[PARETO][1])
         for name, (style, mask) in self.groups.items():
             rows = mask & x.shows(x.places) & y.shows(y.places)
             n = int(mask.sum())
@@ -244,9 +240,7 @@ class Points:
         if not self.columns:
             return f"{text}."
         groups = groups_in_words(self.groups)
-        if groups == f"{len(table)} {PARETO}":
-            text += ", none of them dominated"
-        elif groups:
+        if groups:
             text += f": {groups}"
         if self.outside.any():
             text += f". {counted(self.outside.sum(), 'design')} outside the axes"
@@ -271,7 +265,7 @@ def _markers(style: Style, n: int) -> Style:
     }
 
 
-def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask, style: Style) -> None:
+def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
     A single one, the best in both objectives, is a corner of what all of them reach. Designs
@@ -286,7 +280,7 @@ def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask, style: Style) -> N
         if len(front) == 1:
             worst = F.max(axis=0)
             across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
-        axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **style)
+        axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **_FRONT)
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(

@@ -94,7 +94,6 @@ _WIDEST = 0.95  # share of the width for a key
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
-_LEAST_TICKS = 3
 # Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
 _BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
 _ARROWS = {
@@ -106,8 +105,7 @@ _RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in
 _MOST_OPTIONS = 12  # options that have a tick each
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 # Heights in mm, for pairs of columns.
-_PANEL = 35.0
-_LOW_PANEL = 30.0  # where the figure is narrow
+_PANEL = 33.0
 _ONE_PANEL = 60.0
 _HEADING = 7.0
 _AXIS = 9.0
@@ -280,8 +278,6 @@ def stack_pairs(figure: Drawing) -> None:
     height = _PANEL
     if len(figure.axes) == 1:
         height = _ONE_PANEL
-    elif figure.get_figwidth() * 25.4 < NARROW:
-        height = _LOW_PANEL
     total = _PADS + grid.nrows * (height + _HEADING + _AXIS)
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
@@ -322,9 +318,7 @@ def name_axis(
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
-        least_ticks = min(n_ticks, _LEAST_TICKS)
-        locator = MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least_ticks)
-        axis.set_major_locator(locator)
+        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
         axis.set_major_formatter(_Ticks())
     else:
         factors = [1.0, 2.0, 5.0] if high < 100 * low else [1.0]
@@ -342,22 +336,13 @@ def extent(text: Text) -> Bbox:
 
 
 def head_axes(axes: Axes) -> None:
-    """Move the name of the vertical axis above it, and above what is named in its row."""
+    """Move the name of the vertical axis above it, and above names such as those of limits."""
     above = _BESIDE
-    place: Any = axes.get_subplotspec()
-    for ax in axes.figure.axes:
-        beside: Any = ax.get_subplotspec()
-        is_beside = beside.rowspan == place.rowspan
-        if is_beside and any(text.get_visible() for text in _texts_above(ax)):
-            above = _BESIDE + _LINE
+    if any(getattr(text, "xycoords", "") == ABOVE for text in axes.texts):
+        above += _LINE
     shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
     axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
     axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
-
-
-def _texts_above(axes: Axes) -> list[Text]:
-    """Return the names above axes, such as those of limits."""
-    return [text for text in axes.texts if getattr(text, "xycoords", "") == ABOVE]
 
 
 class _Ticks(Formatter):
