@@ -95,15 +95,6 @@ class Hard(ElementwiseProblem):
             time.sleep(600)
         out["F"] = [x[0], 1 - x[0]]
 
-class Drift(ElementwiseProblem):
-    """A noisy model whose second test of each of 8 designs has other results."""
-    noisy, calls = True, 0
-    def __init__(self):
-        super().__init__(n_var=1, n_obj=2, xl=0, xu=1)
-    def _evaluate(self, x, out, *args, **kwargs):
-        Drift.calls += 1
-        out["F"] = [x[0] ** 2, (1 - x[0]) ** (2 if Drift.calls <= 8 else 9)]
-
 class Moves(Slow):
     def _evaluate(self, x, out, *args, **kwargs):
         pathlib.Path("was").touch()

@@ -5,6 +5,7 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import compare
+from pymoo_psi._numbers import number
 
 pytestmark = pytest.mark.usefixtures("unplotted")
 
@@ -43,4 +44,4 @@ def test_small_probabilities_of_tests_are_not_zero(said, tmp_path):
         "hypervolume", "p_holm"
     ]
     assert 0 < p < 0.0005
-    assert f"{p:.2g}" in printed
+    assert number(p) in printed

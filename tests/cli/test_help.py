@@ -182,19 +182,3 @@ def test_every_default_of_a_command_is_that_of_python(said):
                 of_python = default_of(*SAME[name, option.name])
                 assert default == of_python or default.split(",") == list(of_python)
     assert found >= SAME.keys()
-
-
-def test_help_names_the_defaults_of_python_in_brackets(said):
-    """Where a default depends on the problem, it is None in the option, and in brackets."""
-    assert "[256,1024,4096; surrogate 64,128,256]" in " ".join(said("compare", "--help").split())
-    mu = re.search(r"may be repeated \[(.*?)\]", " ".join(said("reproduce", "--help").split()))[1]
-    assert [float(word) for word in mu.split(", ")] == [*default_of(paper.reproduce, "mu")]
-    chute = " ".join(said("solve", "--help").split())
-    for name in ("mu", "c", "r"):
-        assert f"--{name} {default_of(pymoo_psi.SphereChute, name):g}" in chute
-
-
-@pytest.mark.parametrize("option", ["--points", "--evaluations"])
-def test_points_and_evaluations_are_one_option(said, in_folder, option, unplotted):
-    said("compare", "bnh", option, 16, "--seeds", 1, "--algorithms", "psi,nsga3", "--out", "out")
-    said("solve", "bnh", option, 16)

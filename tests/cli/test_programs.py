@@ -54,7 +54,7 @@ def test_the_example_is_a_file_to_edit(said):
 
 def test_a_program_is_tried_solved_and_ranked(beam, said):
     printed = said("solve", "beam.toml", "--try", "--algorithm", "surrogate", "--limits", "mass<=9")
-    assert 'solve beam.toml --study beam.db --limits "mass<=9" \\' in printed
+    assert '--limits "mass<=9" \\\n    --study beam.db\n' in printed
     folder = Path(printed.partition("Folder: ")[2].splitlines()[0])
     assert "Filled: beam.inp, line 1: width=3.0\nFilled: beam.inp, line 2: height=3\n" in printed
     assert (folder / "beam.inp").read_bytes().startswith(b"width=3.0\r\nheight=3")

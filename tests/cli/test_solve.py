@@ -97,16 +97,11 @@ def test_an_output_of_some_designs_may_have_a_limit(said):
     assert (written()["load [kN]"] <= 0.8).all()
 
 
-def test_nsga3_is_the_librarys(said):
-    words = ["--algorithm", "nsga3", "--points", 200, "--seed", 5, "--out", "o.csv"]
-    said("solve", "bnh", *words)
-    result = nsga3(get_problem("bnh"), n_evaluations=200, seed=5)
-    assert sorted(written()[["f1", "f2"]].to_numpy().tolist()) == sorted(result.F.tolist())
-
-
 def test_nsga3_continues_a_study(said):
     words = ["solve", "osy", "--algorithm", "nsga3", "--points", 200]
     said(*words, "--out", "alone.csv")
+    alone = written("alone.csv")[["f1", "f2"]].to_numpy().tolist()
+    assert sorted(alone) == sorted(nsga3(get_problem("osy"), n_evaluations=200, seed=1).F.tolist())
     problem = Recorded(FailureTolerant(get_problem("osy")), study="osy.db")
     minimize(problem, NSGA2(20), ("n_gen", 1), seed=1)  # the seed gives the same first designs
     for stored in (20, 200):
@@ -115,7 +110,6 @@ def test_nsga3_continues_a_study(said):
         assert f"This run: {added}" in printed
     table = read_table("osy.db")
     assert sorted(written("o.csv")["test"]) == sorted(table.numbers[table.pareto()])
-    alone = written("alone.csv")[["f1", "f2"]].to_numpy().tolist()
     assert all(F in table.F.tolist() for F in alone)
 
 
@@ -167,14 +161,6 @@ def test_a_command_answers_with_the_whole_study(said, algorithm):
     assert best == before or f"(before: {before})" in printed
 
 
-def test_a_proposal_that_further_tests_have_changed_is_new(said):
-    solve = ["solve", "models:Drift", "--points", 8, "--study", "my study.db", "--repeat"]
-    said(*solve, 1)
-    printed = joined(said(*solve, 2))
-    assert "This run: 8 tests; the proposal is new (before: test 2)." in printed
-    assert printed.endswith('Next: pymoo-psi page "my study.db"')
-
-
 @pytest.mark.parametrize(
     ("words", "shape"),
     [
@@ -195,7 +181,7 @@ def test_a_runner_of_a_module_evaluates(said):
     )
     words = ["solve", "models:Mended", "--points", 8]
     printed = said(*words, "--cluster", "site_runner:runner")
-    assert printed.startswith(said(*words).rstrip())  # the next command has the runner, too
+    assert printed.startswith(said(*words).partition("Next: ")[0])
 
 
 @pytest.fixture

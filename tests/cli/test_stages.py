@@ -117,14 +117,6 @@ def test_an_output_of_no_folder_is_tested_on_request(log, said):
     assert (read_table("beam.db")["stress"] > 0).all()
 
 
-def test_results_that_one_has_begin_a_study(log, said):
-    Path("old.csv").write_text("width;height;tip;mass\n2,5;8,5;0,8;42,5\n3;7;1,0;42\n2,2;;;\n")
-    text = said(*SOLVE, "--points", "4", "--algorithm", "surrogate", "--from", "old.csv")
-    assert "old.csv: 2 of 3 tests taken, 0 known already." in text
-    assert n_runs(log) == 4
-    assert read_table("beam.db").take([0, 1])["tip"].tolist() == [0.8, 1.0]
-
-
 def test_outputs_are_read_from_folders_of_their_tests(log, said):
     """Folders of an older version of the program, with the same designs, are beside them."""
     said("solve", "beam.toml", "--study", "old.db", "--points", "4")

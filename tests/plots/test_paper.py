@@ -7,7 +7,7 @@ from matplotlib._pylab_helpers import Gcf
 
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
-from pymoo_psi.plots import paper_figures, save_figures
+from pymoo_psi.plots import paper_figures
 from tests.helpers.drawn import assert_whole
 from tests.helpers.draws import rarely
 
@@ -56,12 +56,3 @@ def test_curves_of_motion_stop_at_the_transition(case, figures):
             assert curve.get_xdata()[gap - 1] == curve.get_xdata()[gap + 1] == way.slip_end
     friction = figures[7].axes[3].lines[0].get_ydata()[: way.slipping.sum()]
     np.testing.assert_array_equal(friction, way.friction[way.slipping, 0])
-
-
-@pytest.mark.parametrize("suffix", [".svg", *rarely(".png", ".pdf")])
-def test_figures_are_written_in_each_format(figures, tmp_path, suffix):
-    start = {".png": b"\x89PNG", ".pdf": b"%PDF-", ".svg": b"<?xml"}[suffix]
-    (path,) = save_figures([("figure_7", figures[7])], tmp_path, dpi=30, suffix=suffix)
-    assert path.name == f"figure_7{suffix}"
-    assert path.read_bytes().startswith(start)
-    assert "Salukvadze optimum" in (tmp_path / "figure_7.txt").read_text()

@@ -11,19 +11,6 @@ from pymoo_psi.plots import save_figures
 from tests.helpers.refusals import refused
 
 
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("f1", "f1"),
-        ("a\n b", "a b"),
-        ("$x$", r"\$x\$"),
-        ("w" * 49 + "1", "w" * 20 + "…" + "w" * 18 + "1"),
-    ],
-)
-def test_names_are_literal(name, text):
-    assert plots.literal(name) == text
-
-
 def test_a_notebook_shows_figures_in_their_size(mixed):
     figure = plots.plot_objectives(mixed)
     picture, size = figure._repr_png_()

@@ -201,7 +201,8 @@ def test_figures_have_the_width_that_is_asked_for(chute, case, tmp_path):
     figure = plot(chute, width=width)
     assert figure.get_figwidth() * 25.4 == pytest.approx(width)
     assert_readable(figure)
-    save_figures({"same": figure}, tmp_path, width=width, dpi=20)
+    save_figures({"same": figure}, tmp_path, width=width, dpi=20, suffix=".svg")
+    assert figure.caption[:20] in (tmp_path / "same.txt").read_text()
     if plot is plot_objectives:
         assert len({round(ax.get_position().x0, 1) for ax in shown(figure)}) == width // 90
     refused("width must be 10 to 1000 mm", plot, chute, width=3.5)
@@ -298,13 +299,13 @@ def test_little_is_drawn_as_well(n, plot):
 
 
 def test_any_name_can_be_drawn():
-    names = ["$x_1$", "_under", "a very long name of a variable that goes on and on and on"]
+    names = ["$x\n 1$", "_under", "a very long name of a variable that goes on and on and on"]
     values = np.random.default_rng(1).random((5, 5))
     table = TestTable.of(
         range(1, 6), values[:, :3], values[:, 3:], schema=Schema.of(names, ["$f$", "_g"])
     )
     figure = plot_table(table.under(limits={"_g": 0.5}))
-    assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
+    assert r"\$x 1\$" in [ax.get_xlabel() for ax in figure.axes]
     assert_whole(figure, draw=True)
 
 

@@ -416,8 +416,7 @@ def run_export(options: Options) -> int:
     out = options.out
     require_output(out, suffixes_for("tests"), *files)
     options.average_by = options.average_by or False  # every test of a study, no means
-    decision = decision_in(options)  # read once, as it may be a pipe
-    tables = [opened(path, options, decision) for path in files]
+    tables = [opened(path, options, decision_in(options)) for path in files]
     try:
         table = reduce(TestTable.merge, tables)
     except PsiError as error:

@@ -223,8 +223,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
     n_columns = max(len(pairs), 2)
     with panels(2 * len(pairs), n_columns, head=10.0, height=150.0 / n_columns) as (figure, axes):
         figure.is_divisible = True
-        details = axes[len(pairs) :]
-        for part, shown in ((axes[: len(pairs)], ranked | True), (details, ranked)):
+        for part, shown in ((axes[: len(pairs)], ranked | True), (axes[len(pairs) :], ranked)):
             columns = {}
             for name, values in zip(_LABELS, coordinates.T, strict=True):
                 columns[name] = Column(values, view(values[shown]))

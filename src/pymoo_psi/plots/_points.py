@@ -232,7 +232,7 @@ class Points:
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs each marker has, and how many are outside, as sentences."""
-        n_failed = int(np.sum(table.status == "failed"))
+        n_failed = np.sum(table.status == "failed")
         noun = table.schema.words["row"] if table.repeats.any() else "design"
         text = counted(len(table), noun)
         if n_failed:
