@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind, first_of
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Integers, Mask, Names, Received, Rows, counted, invalid
+from pymoo_psi._validation import Columns, Integers, Mask, Names, Received, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import RunOptions
@@ -85,46 +84,40 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
     is_unmade = model.unmade(results | {"status": tested.status})
-    if not model.noisy:
-        _require_same_results(tested, first_of(model.schema.keys(results)))
+    first = first_of(model.schema.keys(results))  # the first test of each design
+    if not model.noisy and (tested.F[first] != tested.F).any():
+        rule = "one of each design if the model is not noisy"
+        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
+        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
     identity = _identity(source, results)
     store = StudyStore(model, options, lambda: identity)
-    results |= _with_all_digits(model, results, store.study.contents()[1])
+    _restore_digits(results, store.study.contents()[1], model.schema.variables)
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
     remarks += _beyond_bounds(model, results)
     tests = store.table(results, "test").take(~is_unmade)
-    if model.noisy:
-        n_new = _keep_new(store, model, tests, remarks)
-        n_completed = 0
-    else:
+    if not model.noisy:
         tests = tests.take(~tests.repeats)
-        n_new, n_completed = _keep_all(store, model, tests, remarks)
+    is_new = _are_new(store, model, tests, remarks)
+    n_new = int(is_new.sum())
+    # Known tests are completed, unless those of a design differ.
+    n_completed = store.keep(tests.take(is_new | (not model.noisy))) - n_new
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {len(tests) - n_new} known already"
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
     return replace(tests, remarks=(f"{taken}.", *remarks))
 
 
-def _with_all_digits(model: Model, results: Columns, stored: Columns) -> Columns:
-    """Return the variables of results; a design that is stored has all the digits of its values.
-
-    A file may have fewer of them.
-    """
-    names = model.schema.variables
-    known = {}
-    for design in _designs_in(stored, names):
-        known[mark_of(design)] = design
-    designs = [known.get(mark_of(design), design) for design in _designs_in(results, names)]
-    columns = {}
-    for j, name in enumerate(names):
-        columns[name] = np.array([design[j] for design in designs], results[name].dtype)
-    return columns
-
-
-def _designs_in(columns: Columns, names: Names) -> Iterator[tuple[Any, ...]]:
-    """Return the designs of tests, given by columns; ``names`` are those of the variables."""
-    return zip(*(columns[name].tolist() for name in names), strict=True)
+def _restore_digits(results: Columns, stored: Columns, names: Names) -> None:
+    """Give designs that are stored all digits of their variables; a file may have fewer."""
+    designs = [
+        zip(*(columns[name].tolist() for name in names), strict=True)
+        for columns in (stored, results)
+    ]
+    known = {mark_of(design): design for design in designs[0]}
+    for row, design in enumerate(designs[1]):
+        for name, value in zip(names, known.get(mark_of(design), design), strict=True):
+            results[name][row] = value
 
 
 def _left_out(table: TestTable, results: Columns) -> list[str]:
@@ -138,35 +131,6 @@ def _left_out(table: TestTable, results: Columns) -> list[str]:
         listing = ", ".join(sorted(names))
         remarks.append(f"{listing} left out: rankings and studies have columns of this name.")
     return remarks
-
-
-def _require_same_results(tests: TestTable, first: Rows) -> None:
-    """Refuse tests of a design that differ in results, given the first test of each design."""
-    if (tests.F[first] != tests.F).any():
-        rule = "one of each design if the model is not noisy"
-        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
-        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
-
-
-def _keep_new(store: StudyStore, model: Model, tests: TestTable, remarks: list[str]) -> int:
-    """Store the tests of a noisy model that the study does not have; return how many they are."""
-    is_new = _are_new(model, tests, store.table(store.study.contents()[1], "test"))
-    if tests.schema.outputs and not is_new.all():
-        remarks.append("Further outputs of known tests are not added: the model is noisy.")
-    store.keep(tests.take(is_new))
-    return int(is_new.sum())
-
-
-def _keep_all(
-    store: StudyStore, model: Model, tests: TestTable, remarks: list[str]
-) -> tuple[int, int]:
-    """Store tests, each of its own design; return how many were new, and how many completed."""
-    with store.study.reading() as database:
-        numbers = database.find(model.keys(tests.X))
-        stored = store.table(database.tests_with(numbers), "test")
-    n_new = int((numbers == 0).sum())
-    remarks += _contradictions(tests, stored, numbers)
-    return n_new, store.keep(tests) - n_new
 
 
 def _table_of(model: Model, source: Any) -> TestTable:
@@ -263,19 +227,25 @@ def _contradictions(tests: TestTable, stored: TestTable, numbers: Integers) -> l
     return [f"{n} with other results in the study, which stay, the first {tests.names[rows[0]]}."]
 
 
-def _are_new(model: Model, tests: TestTable, stored: TestTable) -> Mask:
-    """``(n,)`` which tests of a noisy model have other designs or results than the stored ones."""
+def _are_new(store: StudyStore, model: Model, tests: TestTable, remarks: list[str]) -> Mask:
+    """``(n,)`` which tests a study does not have; remarks on the others are added."""
+    keys = model.keys(tests.X)
+    with store.study.reading() as database:
+        numbers = database.find(keys)
+        if not model.noisy:
+            stored = store.table(database.tests_with(numbers), "test")
+            remarks += _contradictions(tests, stored, numbers)
+            return np.asarray(numbers == 0)
+        stored = store.table(database.tests(), "test")
+    # Tests of a noisy model are known by their results, too; each stored one is one of them.
+    known = Counter(zip(model.keys(stored.X), map(tuple, stored.F.tolist()), strict=True))
     is_new = np.ones(len(tests), dtype=bool)
-    known = Counter(_marks(model, stored))
-    for row, mark in enumerate(_marks(model, tests)):  # each stored test is one of them
+    for row, mark in enumerate(zip(keys, map(tuple, tests.F.tolist()), strict=True)):
         is_new[row] = known[mark] <= 0
         known[mark] -= 1
+    if tests.schema.outputs and not is_new.all():
+        remarks.append("Further outputs of known tests are not added: the model is noisy.")
     return is_new
-
-
-def _marks(model: Model, tests: TestTable) -> list[tuple[Any, ...]]:
-    """Return what tells tests apart: their designs and results."""
-    return [*zip(model.keys(tests.X), map(tuple, tests.F.tolist()), strict=True)]
 
 
 def _identity(source: Any, results: Columns) -> str:
