@@ -36,10 +36,10 @@ class _Output(NamedTuple):
     sign: float
     is_limited: bool
 
-    def known_or_beyond(self, values: Array) -> Array:
-        """Return ``(n,)`` values of the output; beyond its limits where a design has none."""
+    def learned(self, values: Array) -> Array:
+        """Return ``(n,)`` values of the output to learn; those that are NaN exceed its limits."""
         finite = values[np.isfinite(values)]
-        if len(finite) == 0:
+        if not self.is_limited or len(finite) == 0:
             return values
         beyond = max(finite.max(), self.greatest + np.ptp(finite))
         if self.greatest == np.inf:
@@ -90,7 +90,7 @@ class Goal:
         for name, limit in table.limits.items():
             if limit.texts is None:
                 limits[name] = limit
-            elif name in variables:
+            else:
                 texts[variables.index(name)] = limit.texts
         allowed = _limits_of_constraints(table, model) | limits
         outputs = _outputs(table, allowed, model)
@@ -156,13 +156,14 @@ class Goal:
         outputs = [*self.outputs.values()]
         for j in self.limits:
             fit = learned.outputs[j]
-            margin = margins[:, j]
-            if outputs[j].least == outputs[j].greatest:
-                margin = np.full(len(T), -_EQUALITY_TOLERANCE)
+            least, greatest, *_ = outputs[j]
+            margin: Array | float = margins[:, j]
+            if least == greatest:
+                margin = -_EQUALITY_TOLERANCE
             unit = 1.0
             if self.is_narrowed:
                 unit = np.sqrt(max(fit.error, _EQUALITY_TOLERANCE))
-            for end, sign in ((outputs[j].least, -1), (outputs[j].greatest, 1)):
+            for end, sign in ((least, -1), (greatest, 1)):
                 if np.isfinite(end):
                     beyond = sign * (T[:, j] - fit.scale.to(end))
                     columns.append(((beyond + margin) / unit)[:, None])
@@ -176,8 +177,6 @@ class Goal:
             Y: ``(n, q)`` outputs as surrogates predict them.
         """
         columns: dict[str, AnyArray] = {}
-        for expression in self.expressions.values():  # no test may have one of its operands
-            columns |= dict.fromkeys(expression.columns, np.full(len(Y), np.nan))
         for (name, output), y in zip(self.outputs.items(), Y.T, strict=False):
             columns[name] = output.sign * y
         columns |= zip(self.operands, Y.T[len(self.outputs) :], strict=True)
@@ -189,10 +188,7 @@ class Goal:
         # Others are predicted, such as the absolute value of an equality that is an objective.
         for j, (name, output) in enumerate(self.outputs.items()):
             if name in variables or name in self.expressions:
-                values = output.sign * columns[name]
-                if output.is_limited:
-                    values = output.known_or_beyond(values)
-                computed[:, j] = values
+                computed[:, j] = output.learned(output.sign * columns[name])
         return bounded(computed)
 
 
@@ -241,13 +237,8 @@ class Observations:
         uniform = table.F[:n_uniform][is_known[:n_uniform]]
         columns = [without_penalties(table.F, uniform)]
         for name, output in [*goal.outputs.items()][goal.n_obj :]:
-            column = table.column(name)
-            if output.is_limited:
-                columns.append(output.known_or_beyond(column))
-            else:
-                columns.append(np.where(is_known, column, np.nan))
-        for name in goal.operands:
-            columns.append(table.data[name])
+            columns.append(output.learned(np.where(is_known, table.column(name), np.nan)))
+        columns += [table.data[name] for name in goal.operands]
         return cls(
             table.numbers,
             space.points(tested.X),
@@ -277,8 +268,8 @@ def _ranges(table: TestTable) -> Array | None:
     ranges = table.formulation.ranges
     if not ranges:
         return None
-    pairs = [ranges[name] for name in schema.objectives]
-    return np.sort(np.array(pairs).T * schema.sign, axis=0)
+    pairs = np.array([ranges[name] for name in schema.objectives])
+    return np.sort(pairs.T * schema.sign, axis=0)
 
 
 def _outputs(table: TestTable, allowed: Mapping[str, Limit], model: Model) -> dict[str, _Output]:
@@ -341,9 +332,7 @@ def _operands(
 ) -> list[str]:
     """Return the columns as tested that expressions need beside known and learned ones."""
     tested = table.evaluated
-    operands: set[str] = set()
-    for expression in expressions.values():
-        operands.update(expression.columns)
+    operands = {name for expression in expressions.values() for name in expression.columns}
     operands &= {*tested.names}
     # An equality that is an objective is learned by its absolute value.
     absolute = {*table.schema.objectives} & {*tested.of_role("equality")}

@@ -7,7 +7,7 @@ not been interrupted.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -204,9 +204,9 @@ class SurrogatePSI(PointAlgorithm):
             model,
             executor,
             store,
-            seed=self.seed or 0,
-            batch=self._batch,
-            is_asynchronous=is_asynchronous,
+            self.seed or 0,
+            self._batch,
+            is_asynchronous,
         )
 
     def _n_first(self, sequence: Points, model: Model, store: Store) -> int:
@@ -260,10 +260,11 @@ def _kernel_of_failures(tests: Observations, n_fitted: int) -> Kernel | None:
     return fit.kernel
 
 
+@dataclass(eq=False)
 class SurrogateSource(Source):
     """Points of a sequence, then rounds of proposals from surrogates of all tests.
 
-    Args:
+    Attributes:
         sequence: The points that come first, those of the sequence.
         n_points: How many points there are in all.
         model: The model of the tests.
@@ -275,50 +276,42 @@ class SurrogateSource(Source):
         is_asynchronous: Whether free workers get the next round while others are at work.
     """
 
-    def __init__(
-        self,
-        sequence: Points,
-        n_points: int,
-        model: Model,
-        executor: Executor,
-        store: Store,
-        *,
-        seed: int,
-        batch: int | None,
-        is_asynchronous: bool,
-    ) -> None:
-        self._model = model
-        self._executor = executor  # not its queue, of which there is no copy
-        self._store = store
-        self._seed = seed
-        self._batch = batch
-        self._is_asynchronous = is_asynchronous
-        self._n_points = n_points
+    sequence: Points
+    n_points: int
+    model: Model
+    executor: Executor  # not its queue, of which there is no copy
+    store: Store
+    seed: int
+    batch: int | None
+    is_asynchronous: bool
+
+    def __post_init__(self) -> None:
         # The points to return next: the sequence, or what is left of a round. A round may be longer
         # than the run, which may get more points later.
+        sequence = self.sequence
         rounds = np.zeros(len(sequence))
         self._ready = replace(sequence, coordinates=sequence.cube_points, rounds=rounds)
         self._points = self._ready.at(slice(0, 0))  # all that were returned
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
-        others = store.others()
-        self._others = others.take(model.space.are_near(others.X, REACH))
-        self._tests = store.empty
+        others = self.store.others()
+        self._others = others.take(self.model.space.are_near(others.X, REACH))
+        self._tests = self.store.empty
         # What the next round follows, and the number of the request for it.
-        self._direction = (model.formulation, 0)
+        self._direction = (self.model.formulation, 0)
         self._learned: Learned | None = None
         self._n_fitted = 0  # to how many of the first tests kernels are fitted
 
     @property
     def eager(self) -> bool:  # type: ignore[override]
         """Whether a round is due, although points are being tested; it begins with all tests."""
-        if not self._is_asynchronous or self.n_left == 0:
+        if not self.is_asynchronous or self.n_left == 0:
             return False
         return -self._n_free <= self._n_ahead  # workers start these while the round is made
 
     @property
     def n_left(self) -> int:
         """How many points are left."""
-        return self._n_points - len(self._points)
+        return self.n_points - len(self._points)
 
     def tell(self, tests: TestTable) -> None:
         """Learn from tests; a later test of the same point is left out."""
@@ -332,7 +325,7 @@ class SurrogateSource(Source):
 
     def extend(self, count: int) -> None:
         """Add ``count`` points, which are proposed."""
-        self._n_points += count
+        self.n_points += count
 
     def ask(self, count: int) -> Points:
         """Return the points that are ready: first the sequence, then each round when it is due."""
@@ -361,7 +354,7 @@ class SurrogateSource(Source):
                 proposals.append(Proposal(number, round_number, "surrogates", content))
             # Another process may have stored the same round meanwhile, which then counts: all
             # processes on one file test the same designs.
-            self._proposals.extend(self._store.propose(proposals))
+            self._proposals.extend(self.store.propose(proposals))
             points = self._stored_points(round_number)
         self._ends.append(len(self._points) + len(points))
         numbers = first + np.arange(len(points))
@@ -370,15 +363,12 @@ class SurrogateSource(Source):
 
     @cached_property
     def _proposals(self) -> list[Proposal]:  # read when the first round is due
-        return self._store.proposals()
+        return self.store.proposals()
 
     def _stored_points(self, round_number: int) -> Array:
         """Return the ``(n, d)`` points of a round that is stored; none of another one."""
-        points = []
-        for proposal in self._proposals:
-            if proposal.round == round_number:
-                points.append(proposal.content["point"])
-        return np.array(points)
+        stored = [proposal for proposal in self._proposals if proposal.round == round_number]
+        return np.array([proposal.content["point"] for proposal in stored])
 
     def _new_round(self) -> list[Values]:
         """Make a round; return what is stored of each of its points."""
@@ -397,25 +387,25 @@ class SurrogateSource(Source):
 
     def _size(self, n_eligible: int) -> int:
         """Return the size of the next round; ``n_eligible`` tests are eligible."""
-        if self._batch is not None:
-            return self._batch
-        if self._is_asynchronous:
+        if self.batch is not None:
+            return self.batch
+        if self.is_asynchronous:
             # Enough for the free workers, for those that end before it is there, and while the
             # next round is being made.
             return max(1, self._n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
-            return max(_FIRST_BATCH, self._executor.queue.runner.n_workers)
+            return max(_FIRST_BATCH, self.executor.queue.runner.n_workers)
         return _BATCH
 
     @property
     def _n_free(self) -> int:
         """How many workers have no design; negative while designs wait for workers."""
-        return self._executor.queue.runner.n_workers - self._executor.queue.n_pending
+        return self.executor.queue.runner.n_workers - self.executor.queue.n_pending
 
     @property
     def _n_ahead(self) -> int:
         """How many designs wait for workers that end while a round is being made."""
-        return max(1, self._executor.queue.runner.n_workers // 4)
+        return max(1, self.executor.queue.runner.n_workers // 4)
 
     def _table(self) -> TestTable:
         """Return the known tests, under the formulation."""
@@ -426,18 +416,18 @@ class SurrogateSource(Source):
             own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
         formulation, _ = self._direction
-        return self._model.under_so_far(tests, formulation)
+        return self.model.under_so_far(tests, formulation)
 
     def _proposed_points(self, pending: Points) -> Array:
         """Return the ``(n, d)`` points of a round, beside those that are being tested."""
         table = self._table()
         is_first = np.isin(self._tests.numbers, self._points.numbers[: self._ends[0]])
         n_uniform = len(self._others) + int(np.count_nonzero(is_first))
-        goal = Goal.of(table, self._model)
+        goal = Goal.of(table, self.model)
         tests = Observations.of(table, goal, n_uniform, pending.cube_points)
         self._learn(tests, goal)
         round_number = len(self._ends) - 1
-        random = np.random.default_rng([self._seed, round_number])
+        random = np.random.default_rng([self.seed, round_number])
         size = self._size(int(table.feasible().sum()))
         return propose(tests, goal, self._learned, size, round_number, random)
 
