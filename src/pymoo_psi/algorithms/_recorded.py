@@ -11,7 +11,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
-from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
+from pymoo_psi._validation import Designs, FilePath, Received, Values, invalid
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import Run
@@ -218,42 +218,42 @@ class Recorded(WithTable, WrappedProblem):
     def _values_of(self, designs: Designs) -> list[Values]:
         """Return the values of each design, and its number; new designs are evaluated first."""
         keys = self._model.keys(designs)
-        numbers, values = self._lookup(keys)
-        if not numbers.all():
+        known = self._known(keys)
+        if not known.keys() >= {*keys}:
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 # another process may have stored some before this one got the lock
-                numbers, values = self._lookup(keys)
-                rows_by_key = {keys[row]: row for row in np.flatnonzero(numbers == 0)}
-                if rows_by_key:
-                    self._evaluate(designs[[*rows_by_key.values()]])
-                    numbers, values = self._lookup(keys, retries=False)
-        return [values[number] | {"test_point": number} for number in numbers.tolist()]
+                known = self._known(keys)
+                missing = {key: row for row, key in enumerate(keys) if key not in known}
+                if missing:
+                    self._evaluate(designs[[*missing.values()]])
+                    known = self._known(keys, retries=False)
+        return [known[key] for key in keys]
 
-    def _lookup(
-        self, keys: Sequence[str], *, retries: bool = True
-    ) -> tuple[Numbers, dict[int, Values]]:
-        """Return what the study has of n designs.
+    def _known(self, keys: Sequence[str], *, retries: bool = True) -> dict[str, Values]:
+        """Return what the study has of designs by their keys: the values and ``test_point``.
 
         Args:
-            keys: Their keys.
-            retries: Whether tests are to be retried.
-
-        Returns:
-            ``(n,)`` the numbers of their tests, 0 where there is none or it is to be retried; and
-            the values of tests by number.
+            keys: The keys.
+            retries: Whether tests that are to be retried are left out.
         """
         store = self._store
         with store.study.reading() as database:
             numbers = database.find(keys)
+            if not numbers.any():
+                return {}
             columns = database.tests_with(numbers)
         columns = store.made(columns)
-        numbers[~np.isin(numbers, columns["test"])] = 0
         tests = store.table(columns, TEST)
+        left_out: set[int] = set()
         if retries:
-            retried = {*tests.numbers[store.are_retried(tests, columns)].tolist()}
-            numbers[np.isin(numbers, [*retried - self.returned])] = 0
-        return numbers, dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
+            left_out = {*tests.numbers[store.are_retried(tests, columns)].tolist()} - self.returned
+        values = dict(zip(tests.numbers.tolist(), self._model.values(tests), strict=True))
+        known = {}
+        for key, number in zip(keys, numbers.tolist(), strict=True):
+            if number in values and number not in left_out:
+                known[key] = values[number] | {"test_point": number}
+        return known
 
     def _evaluate(self, designs: Designs) -> None:
         """Test designs as the next points; what arrives is stored within a second."""
