@@ -15,6 +15,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -453,11 +454,8 @@ def _results(
     # The longest first, so that all processes end at about the same time; and one of each
     # algorithm, so that one that does not suit the problem is found early.
     missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
-
-    def performed(task: Task) -> RunResult:
-        # The process that performs a run stores it, even if its parent process ends before.
-        return perform(problem, by_name[task.algorithm], task, folder)
-
+    # The process that performs a run stores it, even if its parent process ends before.
+    performed = partial(perform, problem, by_name, folder)
     n_known = len(tasks) - len(missing)
     show(n_known / len(tasks))
     for n, (_, result) in enumerate(in_parallel(performed, missing, n_jobs), n_known + 1):
@@ -508,13 +506,11 @@ def _independent(results: Sequence[RunResult]) -> Iterator[RunResult]:
     for _, group in itertools.groupby(results, lambda result: replace(result.task, seed=None)):
         runs = list(group)
         first = runs[0]
-        is_repeated = len(runs) > 1 and first.task.algorithm not in with_seeds
-        for run in runs:
-            if not np.array_equal(run.F, first.F):
-                with_seeds.add(first.task.algorithm)
-                is_repeated = False
+        algorithm = first.task.algorithm
+        if not all(np.array_equal(run.F, first.F) for run in runs):
+            with_seeds.add(algorithm)
         # Results without any feasible design are equal but show nothing.
-        if is_repeated and len(first.F):
+        if len(runs) > 1 and len(first.F) and algorithm not in with_seeds:
             yield replace(first, task=replace(first.task, seed=None))
         else:
             yield from runs

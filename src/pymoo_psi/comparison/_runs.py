@@ -253,38 +253,41 @@ def _result(task: Task, tests: TestTable, **seconds: float) -> RunResult:
     return RunResult(task, tests.X[best], tests.F[best], len(tests), **seconds)
 
 
-def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> RunResult:
+def perform(
+    problem: Any, by_name: Mapping[str, Search], folder: Path | None, task: Task
+) -> RunResult:
     """Perform a run, and store it as a study in a folder if there is one.
 
     Raises:
         PsiError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
-    reason = ""
+    search = by_name[task.algorithm]
+    seed = task.seed or 0  # without one it is deterministic
     began = time.perf_counter()
     try:
         with warnings.catch_warnings():
             # of PSI, which goes on after the end; the error below has the reason
             warnings.filterwarnings("ignore", f".* failed: {EndOfRunError.__name__}")
-            seed = task.seed or 0  # without one it is deterministic
             search(observed, task.n_evaluations, seed)
     except EndOfRunError:
         pass
     except Exception as error:
         if isinstance(error, PsiError) and not observed.failure:
             raise
-        reason = f"{type(error).__name__}: {error}"
-    seconds = time.perf_counter() - began
-    reason = observed.failure or reason
-    if reason:
+        observed.failure = observed.failure or f"{type(error).__name__}: {error}"
+    times = {
+        "seconds": time.perf_counter() - began,
+        "evaluation_seconds": observed.evaluation_seconds,
+    }
+    if observed.failure:
         raise PsiError(
-            f"the run of {task} ended in {reason}; use FailureTolerant(problem) if designs fail, "
-            "and leave out of algorithms what does not suit the problem"
+            f"the run of {task} ended in {observed.failure}; use FailureTolerant(problem) if "
+            "designs fail, and leave out of algorithms what does not suit the problem"
         )
-    times = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
     tests = observed.tests()
     if folder is not None:
-        head = {**_head(tests, problem), "run": {**asdict(task), **times}}
+        head = _head(tests, problem) | {"run": asdict(task) | times}
         write_study(folder / _file_name(task), head, columns_of(tests, POINT))
     return _result(task, tests, **times)
 
@@ -311,7 +314,7 @@ class ObservedProblem(WrappedProblem):
     Attributes:
         wrapped: The problem.
         left: How many designs may still be evaluated.
-        failure: The failure of a design that has ended the run, or an empty text.
+        failure: What has ended the run, such as the failure of a design; or an empty text.
         evaluation_seconds: Wall time spent in the problem.
     """
 
@@ -344,15 +347,12 @@ class ObservedProblem(WrappedProblem):
 
     def tests(self) -> TestTable:
         """Return all designs that were evaluated, numbered from 1."""
-        schema = _schema(self.wrapped)
-        if not self._kept:
-            return TestTable.empty(schema)
         values = {}
         for name in ("X", *_KEPT):
             values[name] = np.concatenate([evaluation[name] for evaluation in self._kept])
         X = values.pop("X")
         points = Points(np.arange(1, 1 + len(X)), 0)
-        return table_of_values(schema, points, X, values)
+        return table_of_values(_schema(self.wrapped), points, X, values)
 
 
 class EndOfRunError(PsiError):
@@ -371,7 +371,14 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    expected = _head(TestTable.empty(_schema(problem)), problem)
+    others: list[str] = []
+    expected = _head(TestTable.empty(_schema(problem)), problem, others)
+    if others:
+        warnings.warn(
+            f"the folder does not compare what the problem's {', '.join(others)} is made of; "
+            "give the problem a method fingerprint()",
+            stacklevel=4,
+        )
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
         head = dict(facts.head)
@@ -398,6 +405,12 @@ def _schema(problem: Any) -> Schema:
     return schema.without(schema.outputs)
 
 
-def _head(tests: TestTable, problem: Any) -> Values:
-    """Return the head of a study of a run, which identifies the problem."""
-    return {**head_of(tests), "problem": problem_identity(problem)}
+def _head(tests: TestTable, problem: Any, others: list[str] | None = None) -> Values:
+    """Return the head of a study of a run, which identifies the problem.
+
+    Args:
+        tests: The tests of the run.
+        problem: The problem.
+        others: As for :func:`problem_identity`.
+    """
+    return {**head_of(tests), "problem": problem_identity(problem, others)}
