@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -110,10 +111,6 @@ def nsga3(
         rule = "at least 2 for NSGA-III"
         remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
-    if seed is not None:
-        integer("seed", seed, minimum=0)
-    if kwargs.get("pop_size") is not None:
-        integer("pop_size", kwargs["pop_size"], minimum=1)
     if isinstance(kwargs.get("sampling"), str):
         kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     size = population_size(problem.n_obj, budget)
@@ -128,29 +125,29 @@ def nsga3(
     return run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
 
 
+@dataclass(frozen=True)
 class _Converted:
     """An operator of pymoo for another problem, whose designs are converted.
 
-    Args:
+    Attributes:
         operator: The operator, which takes a problem and a population, or a number of designs.
         problem: The problem that it is for.
         before: Converts designs for it.
         after: Converts designs that it returns.
     """
 
-    def __init__(self, operator: Any, problem: Any, before: _Convert, after: _Convert) -> None:
-        self._operator = operator
-        self._problem = problem
-        self._before = before
-        self._after = after
+    operator: Any
+    problem: Any
+    before: _Convert
+    after: _Convert
 
     def __call__(self, _: Any, given: Any, *args: Any, **kwargs: Any) -> Population:
         """Return the population that the operator returns, converted."""
         if isinstance(given, Population):
             copies = [individual.copy(deep=False) for individual in given]
-            given = _converted(Population.create(*copies), self._before)
-        returned = self._operator(self._problem, given, *args, **kwargs)
-        return _converted(returned, self._after)
+            given = _converted(Population.create(*copies), self.before)
+        returned = self.operator(self.problem, given, *args, **kwargs)
+        return _converted(returned, self.after)
 
     do = __call__
 

@@ -18,7 +18,7 @@ Points lie in the unit cube of the variables. ``Z`` stands for points as surroga
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -241,13 +241,9 @@ class _Candidates(NamedTuple):
     worth: Array
 
 
+@dataclass(eq=False)
 class _Surrogates:
     """The surrogates of all outputs, which predict the objectives and the excess of designs.
-
-    Args:
-        tests: The tests so far.
-        goal: What the search seeks.
-        learned: What is learned of the tests.
 
     Attributes:
         tests: The tests so far.
@@ -257,22 +253,24 @@ class _Surrogates:
         contraction: As :func:`_contraction` returns it.
     """
 
-    def __init__(self, tests: Observations, goal: Goal, learned: Learned) -> None:
-        self.tests = tests
-        self.goal = goal
-        self.learned = learned
-        self.contraction = _contraction(learned, goal.n_obj)
+    tests: Observations
+    goal: Goal
+    learned: Learned
+
+    def __post_init__(self) -> None:
+        tests = self.tests
+        learned = self.learned
+        self.contraction = _contraction(learned, self.goal.n_obj)
         # the rows of the tests that are learned, and their outputs on their scales
         rows = np.flatnonzero(tests.is_known)
         self._rows = rows[evenly_spread(len(rows), _MOST_TESTS)]
         self._T = learned.to(bounded(tests.Y[self._rows]))
         Z = tests.Z[self._rows]
-        self.processes = []
-        for output, t in zip(learned.outputs, self._T.T, strict=True):
-            self.processes.append(output.process(Z, t))
+        pairs = zip(learned.outputs, self._T.T, strict=True)
+        self.processes = [output.process(Z, t) for output, t in pairs]
         recent = tests.is_eligible[-_MISSES_BEFORE_CAUTION:]
         is_missing = tests.is_eligible.any() and not recent.any()
-        self._is_cautious = goal.is_narrowed and is_missing
+        self._is_cautious = self.goal.is_narrowed and is_missing
 
     def best_points(self, n: int) -> Array:
         """Return the points of the n best tests, the best first."""
@@ -369,9 +367,16 @@ def _meets_requirements(points: Array, goal: Goal) -> Mask:
 
 
 def _distant_points(seen: Array, count: int, goal: Goal, random: Random) -> Array:
-    """Return points far from all tests and from each other."""
-    points = _random_points(count, goal, random)
-    return points[_farthest(goal.encode(points), seen, count)]
+    """Return points far from all tests and from each other, chosen among random ones."""
+    points = np.zeros((0, len(goal.low)))
+    for _ in range(_MAX_DRAWS):
+        drawn = random.uniform(goal.low, goal.high, (_DESIGNS_PER_DRAW, len(goal.low)))
+        points = np.vstack([points, drawn[_meets_requirements(drawn, goal)]])
+        if len(points) >= count:
+            return points[_farthest(goal.encode(points), seen, count)]
+    rule = f"met by at least {count} of {_MAX_DRAWS * _DESIGNS_PER_DRAW} random designs"
+    remedy = "narrow the bounds of the variables, or loosen the requirements"
+    raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
 def _farthest(Z: Array, seen: Array, count: int) -> list[int]:
@@ -417,21 +422,6 @@ def _unsure_points(surrogates: _Surrogates, count: int, random: Random) -> Array
     Z = surrogates.in_units_of_failures(goal.encode(points))
     seen = surrogates.in_units_of_failures(tests.seen(goal))
     return points[_farthest(Z, seen, count)]
-
-
-def _random_points(count: int, goal: Goal, random: Random) -> Array:
-    """Return at least ``count`` random points within the limits that meet the requirements."""
-    d = len(goal.low)
-    points = np.zeros((0, d))
-    for _ in range(_MAX_DRAWS):
-        drawn = random.uniform(goal.low, goal.high, (_DESIGNS_PER_DRAW, d))
-        drawn = drawn[_meets_requirements(drawn, goal)]
-        points = np.vstack([points, drawn])
-        if len(points) >= count:
-            return points
-    rule = f"met by at least {count} of {_MAX_DRAWS * _DESIGNS_PER_DRAW} random designs"
-    remedy = "narrow the bounds of the variables, or loosen the requirements"
-    raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
 def _nearest(A: Array, B: Array) -> Array:
@@ -639,7 +629,7 @@ def _selected(
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to select; there are fewer if fewer are not tested yet.
     """
-    _, Z, F, violation, worth = candidates
+    _, Z, F, _, _ = candidates
     achievements = _achievements(F, contraction)
     weights = _directions(front.shape[1], contraction).max(axis=1)
     best = achievements.max(axis=0, initial=-np.inf)  # in each direction, so far
@@ -648,22 +638,10 @@ def _selected(
     distance = _nearest(Z, seen)
     gap = _nearest(F, front)  # from the nearest known objectives
     selected: list[int] = []
-    for n_known in range(len(seen), len(seen) + batch):
-        turn = n_known % len(_RULES)
-        is_new = distance > _SAME_DESIGN_DISTANCE
-        if not is_new.any():
-            break
-        rows = np.flatnonzero(is_new & (violation <= 0))
-        if len(rows) > 0:
-            gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
-            scores = _scores(_RULES[turn], rows, worth, gains, distance, gap)
-        else:
-            rows = np.flatnonzero(is_new)
-            spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
-            # After a search near the best tests, no candidate may be that far away.
-            spacing = min(spacing, distance[rows].max() / 2)
-            scores = np.where(distance >= spacing, -violation, -np.inf)
-        row = int(rows[scores[rows].argmax()])
+    while len(selected) < batch and (distance > _SAME_DESIGN_DISTANCE).any():
+        turn = (len(seen) + len(selected)) % len(_RULES)
+        gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
+        row = _next_selected(candidates, turn, gains, distance, gap)
         selected.append(row)
         distance = np.minimum(distance, _nearest(Z, Z[[row]]))
         gap = np.minimum(gap, _nearest(F, F[[row]]))
@@ -671,21 +649,31 @@ def _selected(
     return selected
 
 
-def _scores(
-    rule: str, rows: Rows, worth: Array, gains: Array, distance: Array, gap: Array
-) -> Array:
-    """Return the ``(n,)`` scores of candidates by a rule.
+def _next_selected(
+    candidates: _Candidates, turn: int, gains: Array, distance: Array, gap: Array
+) -> int:
+    """Return the index of the candidate to be tested next, by the rule whose turn it is.
 
     Args:
-        rule: The rule.
-        rows: The candidates that keep all limits and are not tested.
-        worth: ``(n,)`` what tests are worth for the best compromise.
+        candidates: The candidates.
+        turn: The index of the rule.
         gains: ``(n,)`` gains in all directions.
         distance: ``(n,)`` distances from tests.
         gap: ``(n,)`` distances from known objectives; infinite if there are none.
     """
-    if rule == "compromise" and worth.any():
-        return np.where(distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
-    if rule == "gain" and gains[rows].max() > 0:
-        return gains
-    return np.where(np.isinf(gap), distance, gap)
+    _, Z, _, violation, worth = candidates
+    rows = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
+    feasible = rows[violation[rows] <= 0]
+    if len(feasible) == 0:
+        spacing = _INFEASIBLE_SPACINGS[turn] * np.sqrt(Z.shape[1])
+        # After a search near the best tests, no candidate may be that far away.
+        spacing = min(spacing, distance[rows].max() / 2)
+        scores = np.where(distance >= spacing, -violation, -np.inf)
+        return int(rows[scores[rows].argmax()])
+    if _RULES[turn] == "compromise" and worth.any():
+        scores = np.where(distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
+    elif _RULES[turn] == "gain" and gains[feasible].max() > 0:
+        scores = gains
+    else:
+        scores = np.where(np.isinf(gap), distance, gap)
+    return int(feasible[scores[feasible].argmax()])
