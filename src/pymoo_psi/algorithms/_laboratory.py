@@ -137,7 +137,8 @@ class _Laboratory:
 
         frame = pd.DataFrame([self.design(test) for test in tests])
         frame.insert(0, TEST, tests)
-        frame[[*self.results, FAILURE]] = None
+        frame[self.results] = None
+        frame.insert(frame.shape[1], FAILURE, None)
         return frame
 
     def marks(self) -> set[_Mark]:
@@ -184,8 +185,6 @@ def ask_tests(
     """
     require_no_permutation(problem)
     model = Model(problem, options)
-    if FAILURE in model.schema.variables:
-        raise invalid("a variable", f"named unlike the column {FAILURE}", FAILURE, "rename it")
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
@@ -204,11 +203,14 @@ def ask_tests(
         known = laboratory.marks()
         designs = _points_of_sequence(model, options, known, n_points)
         proposals = [Proposal(0, 0, store.origin, {"design": design}) for design in designs]
-        if n_tests > n_points:
-            designs += map(laboratory.design, laboratory.pending)
-            last = max(proposal.round for _, proposal in laboratory.proposals.values())
-            n = n_tests - n_points
-            X = _proposed_by_surrogates(model, options, store, designs, n, last)
+        n = n_tests - n_points
+        if n > 0:
+            from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
+
+            pending = [*map(laboratory.design, laboratory.pending), *designs]
+            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
+            last = max(rounds, default=0)
+            X = proposed_now(model, store.whole(), pending, n, options.seed or 0, last)
             for design in _unknown_designs(model, X, known, n):
                 proposals.append(Proposal(0, last + 1, "surrogates", {"design": design}))
         with store.study.changes() as database:
@@ -230,28 +232,6 @@ def _points_of_sequence(
         remedy = "ask for fewer, widen the bounds, or loosen the requirements"
         raise invalid("the number of designs", rule, n, remedy)
     return designs
-
-
-def _proposed_by_surrogates(
-    model: Model,
-    options: RunOptions,
-    store: StudyStore,
-    pending: Sequence[Values],
-    n: int,
-    last_round: int,
-) -> Designs:
-    """Return n designs that surrogates propose beside pending ones."""
-    import pandas as pd
-
-    from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
-    from pymoo_psi.algorithms._surrogate_models import REACH
-
-    space = model.space
-    designs = model.designs(dict(pd.DataFrame(pending, columns=[*model.schema.variables])))
-    points = space.points(designs[space.are_near(designs)])
-    table = store.whole()
-    table = model.under_so_far(table.take(space.are_near(table.X, REACH)))
-    return space.matrix(proposed_now(model, table, points, n, options.seed or 0, last_round))
 
 
 def _unknown_designs(model: Model, X: Designs, known: set[_Mark], n: int) -> list[Values]:

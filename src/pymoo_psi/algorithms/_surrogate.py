@@ -7,6 +7,7 @@ not been interrupted.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, Values, integer
+from pymoo_psi._validation import Array, Designs, Values, integer
 from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._goal import Goal, Observations
 from pymoo_psi.algorithms._model import Model
@@ -447,25 +448,35 @@ class SurrogateSource(Source):
 
 
 def proposed_now(
-    model: Model, table: TestTable, pending: Array, size: int, seed: int, round_number: int
-) -> Array:
-    """Return ``(size, d)`` points that surrogates of tests propose outside of a run.
+    model: Model,
+    tests: TestTable,
+    pending: Sequence[Values],
+    size: int,
+    seed: int,
+    round_number: int,
+) -> Designs:
+    """Return ``(size, n_var)`` designs that surrogates of tests propose outside of a run.
 
     Args:
         model: The model.
-        table: All tests, under what is asked.
-        pending: ``(p, d)`` the points that are being tested.
-        size: How many points to propose.
+        tests: All tests.
+        pending: The designs that are being tested, by name; choices as texts.
+        size: How many designs to propose.
         seed: The seed of the random numbers.
         round_number: The number of the round, from 0.
     """
+    space = model.space
+    table = model.under_so_far(tests.take(space.are_near(tests.X, REACH)))
     n_uniform = len(table)
     if PROPOSAL_ROUND in table.schema.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
+    names = model.schema.variables
+    X = model.designs({name: np.array([design[name] for design in pending]) for name in names})
     goal = Goal.of(table, model)
-    tests = Observations.of(table, goal, n_uniform, pending)
+    points = space.points(X[space.are_near(X)])
+    observations = Observations.of(table, goal, n_uniform, points)
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        learned = _fitted(tests, goal, len(table))
-        return propose(tests, goal, learned, size, round_number, random)
+        learned = _fitted(observations, goal, len(table))
+        return space.matrix(propose(observations, goal, learned, size, round_number, random))

@@ -133,8 +133,6 @@ def _nsga3(problem: Any, n: int, seed: int) -> None:
 
 def _psi_then_nsga3(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
-    if n < 2:
-        raise invalid("n_evaluations", "2 or more for PSI and NSGA-III after it", n)
     n_psi = n // 2
     n_nsga3 = n - n_psi
     tested = minimize(problem, PSI(n_psi, sampling=sampling), seed=seed).pop
