@@ -1,7 +1,5 @@
 """Tests from elsewhere: what of a source becomes tests of a study, and what is said of the rest."""
 
-from functools import partial
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,13 +11,11 @@ from pymoo_psi import (
     LPTauSampling,
     ProgramProblem,
     Restricted,
-    Robust,
     SurrogatePSI,
     investigate,
     read_table,
 )
 from pymoo_psi.algorithms import RunOptions, ask_tests, import_tests, tell_tests
-from pymoo_psi.problems import LogScaled
 from tests.algorithms.test_noisy import queue
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
@@ -116,18 +112,6 @@ def test_every_test_of_a_noisy_model_is_taken_once(form, options, tmp_path):
     assert (means["tests"] == 3).all()
 
 
-@pytest.mark.parametrize("wrap", [LogScaled, partial(Robust, tolerances={"a": 0.1})])
-def test_expressions_are_those_of_the_columns_of_a_model_alone(wrap, options):
-    model = ProgramProblem(
-        {"a": {"bounds": [1, 100], "scale": "log"}},
-        None,
-        {"f": {}, "twice": {"expression": "2*a"}},
-        {"minimize": ["f", "twice"]},
-    )
-    results = pd.DataFrame({"f": [5.0], "twice": 20.0, "g1": 0.0, "a": 1.0, "log10 a": 1.0})
-    assert import_tests(wrap(model), results, options).F.tolist() == [[5, 20]]
-
-
 @pytest.mark.parametrize("form", ["csv", *rarely("table", "frame")])
 def test_means_of_tests_are_no_tests(form, options, tmp_path):
     means = investigate(queue(), 8, repeat=3)
@@ -217,12 +201,6 @@ def test_further_outputs_of_known_tests_of_a_noisy_model_are_not_added(options):
     np.testing.assert_array_equal(
         read_table(options.study, average_by=False)["heat"], [np.nan, np.nan, 5.0, 5.0]
     )
-
-
-def test_an_output_of_the_model_may_be_called_as_a_column_of_a_ranking(options):
-    problem = ProgramProblem({"x1": (0, 5)}, None, {"f1": {}, "place": {}}, {"minimize": ["f1"]})
-    frame = HOT[["x1", "f1"]].assign(place=1.0)
-    assert import_tests(problem, frame, options).schema.outputs == ("place",)
 
 
 def test_a_share_takes_no_tests_from_elsewhere(tmp_path):

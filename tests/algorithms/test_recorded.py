@@ -17,10 +17,8 @@ from pymoo_psi import PSI, FailureTolerant, Recorded, Required, Robust, investig
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.files import read_table
-from pymoo_psi.study import Study
 from tests.helpers.models import Model
 from tests.helpers.refusals import interrupted, refused
-from tests.helpers.studies import rows
 
 
 def step(x):
@@ -144,6 +142,7 @@ def test_names_directions_and_outputs_are_those_of_the_problem(study_file):
     assert again.n_evaluated == 0
     np.testing.assert_array_equal(again.table.column("gain"), -out["F"][:, 1])
     assert again.table.schema.units == {"lift": "N"}
+    assert [*map(np.shape, again.evaluate(np.zeros((0, 3))))] == [(0, 2), (0, 1)]
 
 
 # Failures
@@ -216,18 +215,6 @@ def test_failures_are_tried_again_if_asked_for(study_file):
 # The study
 
 
-def test_a_corrected_test_of_another_run_has_new_values(study_file):
-    first = investigate(model(), 2, study=study_file)
-    problem, study = recorded(model(), study_file), Study(study_file)
-    assert values(problem, first.X)[0].tolist() == first.F.tolist()
-    columns = rows(study.contents()[1], slice(0, 1))
-    with study.changes() as database:
-        database.correct(1, "corrected")
-    study.append(columns | {"f1": np.array([7.0])})
-    problem.evaluate(batch(1))  # by which it looks into the study
-    assert values(problem, first.X)[0][:, 0].tolist() == [7.0, first.F[1, 0]]
-
-
 def recorded_values(path, X=batch(), name="F", **options):  # noqa: B008
     return Recorded(model(**options), study=path).evaluate(X, return_values_of=[name])
 
@@ -245,16 +232,3 @@ def recorded_values(path, X=batch(), name="F", **options):  # noqa: B008
 )
 def test_what_cannot_be_kept_is_refused(study_file, options, message):
     refused(message, recorded_values, study_file, **options)
-
-
-# With pymoo's tools
-
-
-def test_an_investigation_of_a_recorded_problem_has_own_numbers(study_file):
-    """Those of the study are none of its outputs, of which it would warn."""
-    problem = Recorded(model(), study=study_file)
-    problem.evaluate(np.full((1, 3), 0.5))
-    alone = minimize(model(), PSI(3, first=2)).algorithm.table
-    assert minimize(problem, PSI(3, first=2)).algorithm.table.equals(alone)
-    assert [*map(np.shape, problem.evaluate(np.zeros((0, 3))))] == [(0, 2), (0, 1)]
-    assert problem.n_evaluated == 3, "the first of them is answered from the study"

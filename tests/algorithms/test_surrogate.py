@@ -119,15 +119,6 @@ def test_a_formulation_directs_the_proposals_and_changes_no_test(asked):
     assert pareto[20:40].mean() > 2 * pareto[40:].mean()
 
 
-@pytest.mark.slow
-def test_fixed_ranges_say_which_objective_counts():
-    medians = []
-    for ranges in ({"f1": (0, 1e6), "f2": (4, 50)}, {"f1": (0, 136), "f2": (0, 1e6)}):
-        table = run(BNH, 44, formulation=Formulation(ranges=ranges)).table
-        medians.append(np.median(table.F[20:], axis=0))
-    assert (np.sign(medians[0] - medians[1]) == [1, -1]).all()
-
-
 def test_limits_on_variables_and_outputs_direct_proposals():
     limits = {"n": (4, 6), "a": (None, 0.5), "c": ["wood", "3"]}
     table = run(mixed(), 28, limits=limits | {"weight": (3, None)}).table
@@ -337,11 +328,6 @@ BAR = Bar({"minimize": ["area"], "maximize": ["gain"]})
 def test_what_is_an_expression_is_computed_and_not_learned(wrap, study_file):
     """The least area is -1; where nothing is computed, the first round reaches -0.4."""
     assert run(wrap(BAR, study_file), 24).table.F[20:, 0].min() < -0.99
-
-
-@pytest.mark.slow
-def test_an_output_may_have_a_limit_and_be_used_by_expressions():
-    assert run(BAR, 32, limits={"force": (0.5, None)}).table["force"][20:].min() > 0.4
 
 
 def test_an_objective_that_expressions_need_is_learned():

@@ -6,14 +6,11 @@ No proposal shows these clearly enough, so that these tests look at the function
 import numpy as np
 import pytest
 
-from pymoo_psi.algorithms._surrogate_models import (
-    Covariance,
-    GaussianProcess,
-)
+from pymoo_psi.algorithms._surrogate_models import Covariance, GaussianProcess, Kernel
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
-BENDS = [0.5, 0.01, -1.5]
+BENDS = np.array([0.5, 0.01, -1.5])
 SHARES = np.log([1e-3, 0.7, 0.3])  # of noise, linear and quadratic trends
 
 
@@ -43,7 +40,7 @@ def tests():
 @pytest.fixture(scope="module")
 def process(tests):
     Z, t = tests
-    return GaussianProcess(Covariance(Z, np.concatenate([LENGTHS, BENDS, SHARES])), t)
+    return GaussianProcess(Covariance(Z, Kernel(LENGTHS, BENDS, SHARES[:1], SHARES[1:])), t)
 
 
 def test_predictions_are_those_of_the_conditional_normal_distribution(tests, process):

@@ -20,7 +20,7 @@ from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.helpers.models import Model
 from tests.helpers.processes import until
-from tests.helpers.refusals import interrupted, refused
+from tests.helpers.refusals import interrupted, refused, warned
 from tests.recipes.test_algorithms import mixed
 
 compare = partial(pymoo_psi.compare, progress=False)
@@ -216,6 +216,12 @@ def test_runs_on_another_problem_are_refused(tmp_path, changed):
         error=StudyMismatchError,
         **arguments | {"n_evaluations": 32},
     )
+
+
+def test_functions_that_a_folder_cannot_tell_apart_are_named(tmp_path):
+    lines = FunctionalProblem(2, [lambda x: x[0], lambda x: 1 - x[0]], xl=0, xu=1)
+    arguments = {"n_evaluations": 8, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
+    warned("the folder does not compare what .* objs", compare, lines, **arguments)
 
 
 # Wrong arguments
