@@ -126,7 +126,6 @@ def test_reference_directions_fit(n_obj, n_points):
         (lambda: nsga3(get_problem("dtlz2"), 0), "n_evaluations must be an integer >= 1, got 0"),
         (lambda: nsga3(get_problem("sphere"), 9), "at least 2 for NSGA-III, got 1; use PSI"),
         (lambda: nsga3(get_problem("bnh"), 9, popsize=3), "'popsize'; did you mean 'pop_size'"),
-        (lambda: nsga3(get_problem("bnh"), 9, sampling="lptua"), "sampling .*; did you mean 'lptau'"),
         (lambda: investigate(Tours(permutation=True), 8), "of permutations; search perm"),
     ],
 )  # fmt: skip

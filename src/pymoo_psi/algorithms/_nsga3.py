@@ -35,7 +35,6 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Values, integer, invalid
-from pymoo_psi.algorithms._sampling import uniform_sampling
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -111,8 +110,6 @@ def nsga3(
         rule = "at least 2 for NSGA-III"
         remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
-    if isinstance(kwargs.get("sampling"), str):
-        kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
@@ -192,11 +189,7 @@ def operators(problem: Any, sampling: Any = None) -> Values:
     """
     is_ordered = is_permutation(problem) and not isinstance(sampling, IntegerRandomSampling)
     if is_ordered or isinstance(sampling, PermutationRandomSampling):
-        return {
-            "sampling": PermutationRandomSampling(),
-            "crossover": OrderCrossover(),
-            "mutation": InversionMutation(),
-        }
+        return _operators(PermutationRandomSampling(), OrderCrossover(), InversionMutation())
     if getattr(problem, "vars", None):
         selection = TournamentSelection(func_comp=comp_by_cv_then_random)
         duplicates = MixedVariableDuplicateElimination()
@@ -207,18 +200,14 @@ def operators(problem: Any, sampling: Any = None) -> Values:
         }
     if problem.vtype is int:
         rounded = {"vtype": float, "repair": RoundingRepair()}
-        return {
-            "sampling": IntegerRandomSampling(),
-            "crossover": SBX(**rounded),
-            "mutation": PM(**rounded),
-        }
+        return _operators(IntegerRandomSampling(), SBX(**rounded), PM(**rounded))
     if problem.vtype is bool:
-        return {
-            "sampling": BinaryRandomSampling(),
-            "crossover": UX(),
-            "mutation": BitflipMutation(),
-        }
+        return _operators(BinaryRandomSampling(), UX(), BitflipMutation())
     return {}
+
+
+def _operators(sampling: Sampling, crossover: Any, mutation: Any) -> Values:
+    return {"sampling": sampling, "crossover": crossover, "mutation": mutation}
 
 
 def population_size(n_obj: int, n_evaluations: int) -> int:

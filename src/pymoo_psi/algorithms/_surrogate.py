@@ -218,14 +218,13 @@ class SurrogatePSI(PointAlgorithm):
         if len(store.known()) == 0:  # a run that was begun goes on as it was
             others = store.others()
             others = others.take(model.space.are_near(others.X))
-            n_first = max(self._n_sequence - len(others), 0)
+            n_first = max(n_first - len(others), 0)
             designs = sequence.at(slice(0, n_first)).matrix(model.space)
             if set(model.keys(designs)).issubset(model.keys(others.X)):
                 n_first = 0  # all are known: they would take the place of new tests
         n_left_out = self._n_sequence - n_first
-        return self._n_sequence - int(
-            store.remember_once("points left out of the sequence", n_left_out)
-        )
+        name = "points left out of the sequence"
+        return self._n_sequence - int(store.remember_once(name, n_left_out))
 
 
 def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
@@ -242,9 +241,9 @@ def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
     Z = tests.Z[rows]
     Y = bounded(tests.Y[rows])
     n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
-    outputs = []
-    for j, y in enumerate(Y.T):
-        outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj))
+    outputs = [
+        OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj) for j, y in enumerate(Y.T)
+    ]
     return Learned(outputs, _kernel_of_failures(tests, n_fitted))
 
 
