@@ -84,9 +84,10 @@ class _Laboratory:
         self.choices = dict(zip(compress(variables, is_choice), options, strict=True))
         columns = database.tests()
         unknown = np.full(len(columns[TEST]), np.nan)  # of an output before its first value
-        cells = [columns.get(name, unknown).tolist() for name in self.compared]
-        texts = map(mark_of, zip(*cells, strict=True))
-        self.tests = dict(zip(columns[TEST].tolist(), texts, strict=True))
+        cells = {name: columns.get(name, unknown).tolist() for name in self.compared}
+        self.tests = {}
+        for row, test in enumerate(columns[TEST].tolist()):
+            self.tests[test] = {name: _text(cells[name][row]) for name in cells}
         self.proposals: dict[int, tuple[int, Proposal]] = {}
         for run, test, proposal in database.assigned():
             if "design" in proposal.content:
@@ -112,9 +113,9 @@ class _Laboratory:
         _, proposal = self.proposals[test]
         return int(proposal.content.get("of", test))
 
-    def texts(self, values: Entries) -> _Mark:
+    def texts(self, values: Entries) -> dict[str, str]:
         """Return what is compared of values by name, in the digits that spreadsheets keep."""
-        return mark_of(values[name] for name in self.compared)
+        return {name: _text(values[name]) for name in self.compared}
 
     def assign(self, database: Database, run: int, proposal: Proposal) -> int:
         """Ask people for a test, the next point of a run; return its number."""
@@ -143,8 +144,8 @@ class _Laboratory:
 
     def marks(self) -> set[_Mark]:
         """Return the marks of the designs that are tested or assigned; see :func:`mark_of`."""
-        n_var = len(self.head["variables"])
-        marks = {texts[:n_var] for texts in self.tests.values()}
+        variables = self.head["variables"]
+        marks = {tuple(texts[name] for name in variables) for texts in self.tests.values()}
         return marks | {mark_of(self.design(test).values()) for test in self.proposals}
 
 
@@ -471,8 +472,8 @@ def _keep_new(
     return sum(map(len, new.values()))
 
 
-def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> Iterator[str]:
-    """Yield sentences on a row that corrects a stored test or has another design than was asked.
+def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> list[str]:
+    """Return a sentence on a row that corrects a stored test or has another design than was asked.
 
     Args:
         laboratory: The tests.
@@ -480,20 +481,23 @@ def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> It
         own: The number of the test that the row becomes: that one, or a repeat of it.
         values: The values of the row by name.
     """
-    title = f"Test {own}"
-    if own in laboratory.tests:
-        changes = []
-        pairs = zip(laboratory.texts(values), laboratory.tests[own], strict=True)
-        for name, (text, former) in zip(laboratory.compared, pairs, strict=True):
-            if text != former and "nan" not in (text, former):  # those of a failed test
-                changes.append(f"{name} = {text or 'none'} instead of {former or 'none'}")
-        yield f"{title} corrected: {'; '.join(changes)}."
-    elif own != test:
-        title += f", a repeat of {test}"
-    for name, value in laboratory.design(test).items():
-        if values[name] != value:
-            change = f"{name} = {_text(values[name])} instead of {_text(value)}"
-            yield f"{title}: {change}; what was tested counts."
+    former = laboratory.tests.get(own)
+    title = f"Test {own} corrected"
+    end = "."
+    if former is None:
+        former = {name: _text(value) for name, value in laboratory.design(test).items()}
+        title = f"Test {own}"
+        if own != test:
+            title += f", a repeat of {test}"
+        end = "; what was tested counts."
+    changes = []
+    texts = laboratory.texts(values)
+    for name, text in former.items():
+        if texts[name] != text and "nan" not in (texts[name], text):  # those of a failed test
+            changes.append(f"{name} = {texts[name] or 'none'} instead of {text or 'none'}")
+    if not changes:
+        return []
+    return [f"{title}: {'; '.join(changes)}{end}"]
 
 
 def _append(
