@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array, Integers, Mask, Names
+from pymoo_psi._validation import AnyArray, Array, Mask, Names
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.table import Decision, Expression, Limit, TestTable
@@ -197,7 +197,6 @@ class Observations:
     """What surrogates learn from: tests, and points that are being tested.
 
     Attributes:
-        numbers: ``(n,)`` the numbers of the tests, increasing.
         points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs;
             those nearest to tests outside the bounds.
         Z: ``(n, e)`` the tests as surrogates see them.
@@ -211,7 +210,6 @@ class Observations:
             for their outputs.
     """
 
-    numbers: Integers
     points: Array
     Z: Array
     Y: Array
@@ -240,7 +238,6 @@ class Observations:
             columns.append(output.learned(np.where(is_known, table.column(name), np.nan)))
         columns += [table.data[name] for name in goal.operands]
         return cls(
-            table.numbers,
             space.points(tested.X),
             encoded(space, space.places(tested.X)),
             np.column_stack(columns),

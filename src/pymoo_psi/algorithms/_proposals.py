@@ -23,7 +23,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr
 
@@ -513,16 +512,15 @@ def _survivors(F: Array, excess: Array, size: int, contraction: float) -> Rows:
     first = np.zeros(len(F))
     second = np.zeros(len(F))
     if kept.any() and F.shape[1] == 2:
-        rank = pareto_rank(F[kept])
-        first[kept] = rank
-        second[kept] = -_crowding(F[kept], rank)
+        first[kept], second[kept] = _ranks(F[kept])
     elif kept.any():
         first[kept], second[kept] = _places(F[kept], contraction)
     return np.lexsort((second, first, violation))[:size]
 
 
-def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
-    """Return ``(n,)`` distances between the two neighbours of each design in its front."""
+def _ranks(F: Array) -> tuple[Rows, Array]:
+    """Return ``(n,)`` the front of each design, and minus the distance of its neighbours there."""
+    rank = pareto_rank(F)
     distances = np.zeros(len(F))
     for f in F.T:
         order = np.lexsort((f, rank))
@@ -532,7 +530,7 @@ def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
         inner = (front[1:-1] == front[:-2]) & (front[1:-1] == front[2:])
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
         distances[order] += gap / max(np.ptp(f), 1e-300)
-    return distances
+    return rank, -distances
 
 
 def _places(F: Array, contraction: float) -> tuple[Rows, Array]:

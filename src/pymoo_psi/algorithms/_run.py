@@ -311,7 +311,7 @@ class Run:
         formulation = self.model.with_default_limits(formulation)
         # a wrong one is refused here
         table = self.model.under_so_far(TestTable.empty(self.model.schema), formulation)
-        self.source.direct(formulation, request["number"])
+        self.source.direct(formulation)
         limits = [limit.written(name) for name, limit in table.limits.items()]
         objectives = ", ".join(table.schema.objectives)
         return f"{objectives} within {', '.join(limits) or 'no limits'}, from the next proposal"

@@ -243,8 +243,8 @@ class Source:
     def tell(self, tests: TestTable) -> None:
         """Learn from tests of the points returned by :meth:`ask`, in any order."""
 
-    def direct(self, formulation: Formulation, request: int) -> None:
-        """Propose the next points for another formulation, that of a request.
+    def direct(self, formulation: Formulation) -> None:
+        """Propose the next points for another formulation.
 
         Raises:
             PsiError: The points follow from no formulation.

@@ -296,8 +296,7 @@ class SurrogateSource(Source):
         others = self.store.others()
         self._others = others.take(self.model.space.are_near(others.X, REACH))
         self._tests = self.store.empty
-        # What the next round follows, and the number of the request for it.
-        self._direction = (self.model.formulation, 0)
+        self._formulation = self.model.formulation  # which the next round follows
         self._learned: Learned | None = None
         self._n_fitted = 0  # to how many of the first tests kernels are fitted
 
@@ -318,9 +317,9 @@ class SurrogateSource(Source):
         is_new = ~np.isin(tests.numbers, self._tests.numbers)
         self._tests = self._tests.extended(tests.take(is_new))
 
-    def direct(self, formulation: Formulation, request: int) -> None:
-        """Propose the next points for another formulation, that of a request."""
-        self._direction = formulation, request
+    def direct(self, formulation: Formulation) -> None:
+        """Propose the next points for another formulation."""
+        self._formulation = formulation
         self._n_fitted = 0
 
     def extend(self, count: int) -> None:
@@ -376,9 +375,6 @@ class SurrogateSource(Source):
         content: Values = {}
         if len(pending):  # all tests before the round were known but these
             content["pending"] = pending.numbers.tolist()
-        _, request = self._direction
-        if request:
-            content["request"] = request
         # On matrices as small as these, several threads take ten times as long where other work is
         # going on, and their sums differ in the last digits from those of one.
         with threadpool_limits(limits=1, user_api="blas"):
@@ -415,8 +411,7 @@ class SurrogateSource(Source):
             others = renumbered(self._others, np.arange(1, n_others + 1))
             own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
-        formulation, _ = self._direction
-        return self.model.under_so_far(tests, formulation)
+        return self.model.under_so_far(tests, self._formulation)
 
     def _proposed_points(self, pending: Points) -> Array:
         """Return the ``(n, d)`` points of a round, beside those that are being tested."""
@@ -433,7 +428,7 @@ class SurrogateSource(Source):
 
     def _learn(self, tests: Observations, goal: Goal) -> None:
         """Fit kernels again if there are enough new tests."""
-        n_tests = len(tests.numbers)
+        n_tests = len(tests.points)
         n_fitted = tests.n_uniform
         for end in self._ends:
             n_known_then = len(self._others) + end

@@ -58,7 +58,6 @@ _STEPS = 40  # L-BFGS-B makes at most so many
 _LEAST_VARIANCE = 1e-12
 _LEAST_RATE = 1e-4  # a bend of this rate moves values by 1e-5 of the width of a variable
 _NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
-_NOT_REGULAR = 1e10  # the loss for a kernel whose covariance matrix is not positive definite
 
 
 @dataclass(frozen=True)
@@ -519,19 +518,16 @@ def _negative_log_likelihood(Z: Array, t: Array, kernel: Kernel) -> tuple[float,
         t: ``(n,)`` values.
         kernel: The kernel.
     """
-    n, d = Z.shape
+    n = len(Z)
     S = kernel.scaled(Z)
     K, slope = _matern(S)
-    trends = []
-    for log_share, B in zip(kernel.trends, _trends(Z), strict=True):
-        trends.append(np.exp(log_share) * (B @ B.T))
+    shares = zip(kernel.trends, _trends(Z), strict=True)
+    trends = [np.exp(log_share) * (B @ B.T) for log_share, B in shares]
     K += sum(trends)
     noise = np.exp(kernel.noise)
     K[np.diag_indices(n)] += noise
-    # The transpose is the same matrix in LAPACK's order. L is 0 above the diagonal.
-    L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
-    if failed:  # not positive definite, up to rounding
-        return _NOT_REGULAR, np.zeros(2 * d + 3)
+    # The transpose is the same matrix in LAPACK's order.
+    L = cholesky(K.T, lower=True, overwrite_a=True, check_finite=False)
     # A copy, as NumPy 1.25 takes another logarithm for strided values, depending on whether the
     # result lies behind them in memory: a continued run would differ in the last digit.
     log_det = 2 * np.log(np.diag(L).copy()).sum()
