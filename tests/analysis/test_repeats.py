@@ -234,12 +234,12 @@ def test_a_repeated_test_of_an_optimal_design_is_not_dominated():
     assert counts_sentence(table) == "3 tests; none of them is dominated."
 
 
-def test_rules_of_two_sides_are_said_as_they_are():
-    schema = Schema.of(1, 2, ["a <= 4", "1 <= a/b <= 4", "1 <= b"])
+def test_constraints_named_by_a_limit_are_said_as_limits():
+    schema = Schema.of(1, 2, ["a <= 4", "1 <= a/b <= 4", "a <= 4*b"])
     table = TestTable.of(
         [1, 2], [[0], [1]], [[1, 2], [2, 1]], [[0, 0, 0], [0, 0, 1]], schema=schema
     )
-    assert "limits (a at most 4, 1 <= a/b <= 4, 1 <= b)." in counts_sentence(table)
+    assert "limits (a at most 4, a/b from 1 to 4, a <= 4*b)." in counts_sentence(table)
 
 
 def test_equal_values_without_noise_stay_equal():

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from itertools import permutations
 from operator import itemgetter
 from typing import TYPE_CHECKING
@@ -23,16 +24,24 @@ from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.analysis._switching import rounded_text
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import listed
-from pymoo_psi.table import EQUALITY, INEQUALITY, RUN, VARIABLE, Limit, TestTable, require_table
+from pymoo_psi.table import (
+    EQUALITY,
+    INEQUALITY,
+    RUN,
+    VARIABLE,
+    Limit,
+    TestTable,
+    limits_of,
+    require_table,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 _MOST_LIMITS = 3  # that a sentence names
-# The name of a constraint that limits one term: "mass <= 4", not "1 <= mass <= 4" or "1 <= mass".
-_CONSTRAINT = re.compile(r"(?!\s*[\d.+-][\d.eE+-]*\s*[<>])([^<>=]+?)\s*(<=|>=)\s*([^<>=]+)")
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
@@ -72,17 +81,13 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     mask, names = table.violations()
     alone = _alone(mask)
     schema = table.schema
-    bounds = [(-np.inf, 0.0)] * len(schema.with_role(INEQUALITY))
-    bounds += [(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
-    for limit in table.limits.values():
-        if limit.texts is None:
-            bounds.append((limit.lower, limit.upper))
-        else:
-            bounds.append((np.nan, np.nan))
-    lower, upper = np.reshape(bounds, (len(names), 2)).T
+    limits = [Limit(upper=0.0)] * len(schema.with_role(INEQUALITY))
+    limits += [Limit(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
+    limits += table.limits.values()
+    is_text = [limit.texts is not None for limit in limits]
     columns = {
-        "lower": lower,
-        "upper": upper,
+        "lower": np.where(is_text, np.nan, [limit.lower for limit in limits]),
+        "upper": np.where(is_text, np.nan, [limit.upper for limit in limits]),
         "rejects": mask.sum(axis=0),
         "alone": alone.sum(axis=0),
     }
@@ -108,16 +113,16 @@ def limit_words(table: TestTable) -> list[str]:
     units = schema.units
     texts = []
     for name in schema.constraints:
-        parts = _CONSTRAINT.fullmatch(name)
-        if parts is not None:
-            side = "at most" if parts[2] == "<=" else "at least"
-            texts.append(f"{parts[1]} {side} {parts[3]} {units.get(parts[1], '')}".strip())
-        elif re.search("[<=>]", name):  # the name says it
-            texts.append(name)
+        limits: dict[str, Limit] = {}
+        if re.search("[<=>]", name):
+            with suppress(ArgumentValueError):  # a rule on several columns says it by itself
+                limits = limits_of([name])
         elif schema[name].role == INEQUALITY:
-            texts.append(Limit(upper=0.0).in_words(name, units.get(name, "")))
+            limits = {name: Limit(upper=0.0)}
         else:
-            texts.append(f"{name} = 0 within {number(schema.eq_tolerance)}")
+            name = f"{name} = 0 within {number(schema.eq_tolerance)}"
+        words = [limit.in_words(column, units.get(column, "")) for column, limit in limits.items()]
+        texts.append(", ".join(words) or name)
     for name, limit in table.limits.items():
         texts.append(limit.in_words(name, units.get(name, "")))
     return texts
@@ -163,21 +168,19 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     if len(limits) > _MOST_LIMITS:
         named += f" and {len(limits) - _MOST_LIMITS} more"
     within = f"{_are(n_within)}{within_limits(table)} ({named})"
-    if subject:
-        facts = [f"{subject}: {size}{failed}"]
-        if limits:
-            facts.append(f"{number(n_within)} {within}")
+    facts = [f"{size}{failed}"]
+    if limits and subject:
+        facts.append(f"{number(n_within)} {within}")
     elif limits:
         facts = [f"{number(n_within)} of {size} {within}{failed}"]
-    else:
-        facts = [f"{size}{failed}"]
     if n_within > 1:
         n_optimal = int(table.pareto()[table.ranked_as].sum())
         if n_optimal == n_within:
             facts.append("none of them is dominated")
         else:
             facts.append(f"{number(n_optimal)} of them {_are(n_optimal)} not dominated")
-    return f"{'; '.join([*facts, *_missing_texts(table)])}."
+    text = f"{'; '.join([*facts, *_missing_texts(table)])}."
+    return f"{subject}: {text}" if subject else text
 
 
 def _are(n: int) -> str:
@@ -188,10 +191,8 @@ def none_left_reason(table: TestTable) -> str:
     """Say why no design is left, and without which limit one would be."""
     words = table.schema.words
     n_tests = int((~table.failed()).sum())
-    if not len(table):
-        return f"there are no {words['row']}s."
     if not n_tests:
-        return f"{counted(len(table), words['row'])}, all {words['failed']}."
+        return f"of {counted(len(table), words['row'])}, none has values."
     facts = [f"none of {n_tests} is{within_limits(table)} ({', '.join(limit_words(table))})"]
     facts += _missing_texts(table)
     violated, _ = table.violations()
@@ -211,25 +212,18 @@ def none_left_reason(table: TestTable) -> str:
 def _values_beyond(table: TestTable, name: str, rejected: Mask) -> str:
     """Return which values designs have that a limit on numbers rejects: " (mass 31 to 45 kg)".
 
-    A limit at the end that is nearer to the present one lets in the first of them. The other end
-    needs few digits.
+    A limit at the end that is nearer to the present one lets in the first of them.
     """
     limit = table.limits.get(name)
     if limit is None or limit.texts is not None:
         return ""
     values = table.column(name)[rejected]
-    values = values[np.isfinite(values)]
+    values = np.sort(values[np.isfinite(values)])
     if not len(values):
-        return f" ({name} no value)"
-    is_up = bool(values.min() > limit.upper)
-    nearest = values.min() if is_up else values.max()
-    ends = []
-    for value in sorted({values.min(), values.max()}):
-        if value == nearest:
-            ends.append(rounded_text(value, values, is_up))
-        else:
-            ends.append(rounded_text(value, values[:0], is_up, 4))
-    span = f"{name} {' to '.join(ends)} {table.schema.units.get(name, '')}".strip()
+        return ""
+    is_up = values[0] > limit.upper
+    ends = [rounded_text(value, values, is_up, 4) for value in values[[0, -1]]]
+    span = f"{name} {' to '.join(dict.fromkeys(ends))} {table.schema.units.get(name, '')}".strip()
     return f" ({span})"
 
 

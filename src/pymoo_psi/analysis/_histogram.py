@@ -107,6 +107,8 @@ def _kind_and_points(table: TestTable, name: str) -> tuple[Kind, AnyArray]:
     if feasible.any():
         rows = rows & feasible
     points = places[rows]
+    if len(points) == 0:
+        return Kind.REAL, points
     if (points > 0).all():
         near = points[_is_near(np.log(points))]
         if spans_decades(near):
@@ -116,8 +118,6 @@ def _kind_and_points(table: TestTable, name: str) -> tuple[Kind, AnyArray]:
 
 def _is_near(values: Array) -> Mask:
     """Return which values are no outliers: one would leave all others in a single bin."""
-    if len(values) == 0:
-        return np.zeros(0, dtype=bool)
     low, high = np.quantile(values, [0.25, 0.75])
     fence = 3 * (high - low) or np.inf  # Tukey's outer fences
     return np.asarray((values >= low - fence) & (values <= high + fence))
@@ -130,12 +130,6 @@ def _edges(points: AnyArray, bins: int, kind: Kind) -> Array:
     """
     points = points.astype(np.float64)
     points = points[np.isfinite(points)]
-    if kind is Kind.LOG:
-        edges = np.exp(_edges(np.log(points), bins, Kind.REAL))
-        # The exponential of a logarithm may miss a bound, and designs on it would be outside.
-        edges[0] = points.min(initial=edges[0])
-        edges[-1] = points.max(initial=edges[-1])
-        return edges
     if len(points) == 0:
         points = np.array([0.0, 1.0])
     low = float(points.min())
@@ -148,6 +142,7 @@ def _edges(points: AnyArray, bins: int, kind: Kind) -> Array:
     if high - low <= 1e-9 * size:
         # About a single value: half a unit, or space for the bins beside it.
         pad = max(0.5, 1e-9 * size)
-        low -= pad
-        high += pad
+        return np.linspace(low - pad, high + pad, bins + 1)
+    if kind is Kind.LOG:
+        return np.geomspace(low, high, bins + 1)
     return np.linspace(low, high, bins + 1)

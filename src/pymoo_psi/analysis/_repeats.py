@@ -196,11 +196,6 @@ def first_tests(table: TestTable) -> Rows:
     """Return ``(n,)`` the row of the first test of the same design."""
     if not table.evaluated.variables:  # no design equals another
         return np.arange(len(table))
-    # A design whose first variable has a value of its own occurs once: a quarter of the time in
-    # which a large study is read.
-    cells = table.data[table.evaluated.variables[0]]
-    if cells.dtype != object and len(np.unique(cells)) == len(cells):
-        return np.arange(len(table))
     return first_of(table.evaluated.keys(table.data))
 
 

@@ -77,11 +77,10 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     if not _is_even(sampling):
         raise _no_sample()
     if PROPOSAL_ROUND in table.schema.outputs:
-        # Tests that failed have no round.
-        proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
-        n = len(table)
-        table = table.take(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
-        if len(table) < n:
+        is_proposed = table.column(PROPOSAL_ROUND) > 0  # tests that failed have no round
+        if is_proposed.any():
+            n = len(table)
+            table = table.take(np.arange(is_proposed.argmax()))
             sentences.append(
                 f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
                 "proposed the others."
@@ -104,21 +103,22 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
 
 def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     """Return the run of a study that has most points of a sequence, and its tests."""
+    parts = {}
     runs = (table.problem or {}).get("runs", {})
-    sizes = {}
     for run, points in runs.items():
-        if _is_even(points.get("sampling")):
-            sizes[run] = np.sum(table[RUN] == int(run))
-    if not any(sizes.values()):  # tests of a run may all be those of another one
+        part = table.take(table[RUN] == int(run))
+        if len(part) and _is_even(points.get("sampling")):  # another run may have all its tests
+            parts[run] = part
+    if not parts:
         raise _no_sample()
-    run = max(sizes, key=lambda run: sizes[run])
+    run = max(parts, key=lambda run: len(parts[run]))
     points = runs[run]
-    part = table.take(table[RUN] == int(run))
     bounds = {}
     for side in ("lower", "upper"):
-        bounds[side] = dict(zip(part.evaluated.variables, points[side], strict=True))
-    schema = part.evaluated.changed(**bounds)
-    return run, replace(part, evaluated=schema, problem={"sampling": points.get("sampling")})
+        bounds[side] = dict(zip(table.evaluated.variables, points[side], strict=True))
+    schema = table.evaluated.changed(**bounds)
+    problem = {"sampling": points.get("sampling")}
+    return run, replace(parts[run], evaluated=schema, problem=problem)
 
 
 def _is_even(sampling: str | None) -> bool:
@@ -220,7 +220,6 @@ def _shares(bases: list[Array], y: Array) -> Array:
     if np.isinf(unit_lengths(y.min(), y.max())):
         return shares
     n = len(y)
-    y = y / np.abs(y).max()  # no square overflows
     y = (y - y.mean()) / y.std()
     strengths = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
     unexplained = y

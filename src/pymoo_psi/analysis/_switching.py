@@ -184,7 +184,7 @@ def _doubtful(F: Array, places: Rows, b: Array, frame: UtopianFrame, tried: rang
     b = frame.limited(b)
     U, lengths = _frames(F, frame)
     if not frame.normalize:
-        lengths = np.full(F.shape, np.abs(F - b).max(initial=0.0) or 1.0)  # no square overflows
+        lengths = np.ones(F.shape)
     size = max(_CELLS // max(F.size, 1), 1)
     for start in range(0, len(tried), size):
         part = np.array(tried[start : start + size])

@@ -30,11 +30,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal
-from functools import partial
 from itertools import chain, compress
 from typing import Any, NamedTuple, TypeAlias
 
@@ -99,11 +97,10 @@ _SUM = re.compile(
 )
 _STATISTIC = re.compile(
     r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
-    r"|(?:min|max)(?:imum)?|(?:std|standard)[. -]*(?:dev(?:iation)?)?|stdev|standardabweichung"
+    r"|(?:min|max)(?:imum)?|(?:std|standard)[. -]*dev(?:iation)?|std|stdev|standardabweichung"
     r"|stabw|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
     re.IGNORECASE,
 )
-_STATISTICS = (np.mean, np.median, np.min, np.max, np.std, partial(np.std, ddof=1))
 
 
 class UnfitError(ArgumentValueError):
@@ -558,7 +555,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse rows that are named as a sum, or as a statistic that they hold, and a sum below all.
+    """Refuse rows that are named as a sum, one at an end named as a statistic, and a sum below all.
 
     The sum of two may be a design that has a name.
 
@@ -581,58 +578,24 @@ def require_designs(
             texts[name] = [str(cell).strip() for cell in column.cells]
         elif name not in labels:
             numbers.append(column.numbers)
-    for name, row in _computed_rows(texts, naming, numbers):
-        raise UnfitError(
-            f"{cells.where(row)} is named {texts[name][row]!r}, as computed from others",
-            f"{cells.without(row)}, or rename it if it is a design",
-        )
     last = len(cells.rows) - 1
+    for name, names in texts.items():
+        for row, text in enumerate(names):
+            # In another column it may be the name of a supplier.
+            is_sum = _SUM.fullmatch(text[:_LONGEST]) and (name == naming or _are_sums(numbers, row))
+            # Names that recur, or stand between others, are those of levels.
+            is_at_end = name == naming and row in (0, last) and names.count(text) == 1
+            if is_sum or (is_at_end and _STATISTIC.fullmatch(text[:_LONGEST])):
+                raise UnfitError(
+                    f"{cells.where(row)} is named {text!r}, as computed from others",
+                    f"{cells.without(row)}, or rename it if it is a design",
+                )
     may_be_sum = last > 2 or (last == 2 and is_blank(columns[naming].cells[last]))
     if may_be_sum and len(numbers) > 1 and _are_sums(numbers, last):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
-
-
-def _computed_rows(
-    texts: Mapping[str, list[str]], naming: str, numbers: Sequence[Array]
-) -> Iterator[tuple[str, int]]:
-    """Yield the columns and rows of cells that name a sum, or a statistic if the row holds one."""
-    for name, cells in texts.items():
-        for row, cell in enumerate(cells):
-            # In another column it may be the name of a supplier.
-            if _SUM.fullmatch(cell[:_LONGEST]) and (name == naming or _are_sums(numbers, row)):
-                yield name, row
-    is_named = [_STATISTIC.fullmatch(cell[:_LONGEST]) is not None for cell in texts.get(naming, ())]
-    named = np.array(is_named, dtype=bool)
-    # Statistics stand above or below all designs, which may be called max or standard, too.
-    apart = np.logical_and.accumulate(named) | np.logical_and.accumulate(named[::-1])[::-1]
-    for row in np.flatnonzero(apart).tolist():
-        if any(_holds(statistic, numbers, row, ~apart) for statistic in _STATISTICS):
-            yield naming, row
-
-
-def _holds(
-    statistic: Callable[[Array], Any], columns: Sequence[Array], row: int, designs: Mask
-) -> bool:
-    """Say whether a row holds a statistic of designs, in all columns in which it has a number."""
-    is_any = False
-    for numbers in columns:
-        value = float(numbers[row])
-        if math.isfinite(value):
-            is_any = True
-            finite = numbers[designs & np.isfinite(numbers)]
-            # It, or the values of which it is one, may be rounded to the digits that are written.
-            unit = max(map(_unit, [value, *finite.tolist()]))
-            if len(finite) < 2 or not abs(statistic(finite) - value) <= unit / 2:
-                return False
-    return is_any
-
-
-def _unit(value: float) -> float:
-    """Return the unit of the last digit of a number as it is written; 1 of whole numbers."""
-    return 10.0 ** min(int(Decimal(f"{value:.15g}").as_tuple().exponent), 0)
 
 
 def _are_sums(columns: Sequence[Array], row: int) -> bool:
