@@ -76,10 +76,6 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     schema = tests.evaluated
     by, first, design = _tests_by_design(tests, by)
     new_names = [N_TESTS, *map(error_column, tests.schema.objectives)]
-    for name in new_names:
-        if name in schema.names:
-            rule = f"without a column {name!r}, which the means of repeated tests have"
-            raise invalid("table", rule, Received("one"), "rename the column")
     remarks = [
         *table.remarks,
         f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "
@@ -215,20 +211,17 @@ def has_repeats(table: TestTable) -> bool:
 def undeclared_repeats(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
     table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
-    firsts = {}
-    if table.schema.label is not None:
+    for label in (table.schema.label, None):
         with suppress(ArgumentValueError):  # of a label that marks no tests of one design
-            label, rows, design = _tests_by_design(table, table.schema.label)
-            firsts[label] = rows[design]
-    for by, first in (firsts | {_VARIABLES: first_tests(table)}).items():
-        differing = unequal(table.F, table.F[first]).any(axis=1)
-        if differing.any():
-            n_designs = len({*first[differing].tolist()})
-            return [
-                f"{counted(n_designs, 'design')} with the same {by} as others differ in "
-                "objectives: each row counts as a design; if they are repeated tests, say "
-                f"--average-by {quote(by)}, or average_by= in Python."
-            ]
+            by, first, design = _tests_by_design(table, label)
+            differing = unequal(table.F, table.F[first[design]]).any(axis=1)
+            if differing.any():
+                n_designs = len({*design[differing].tolist()})
+                return [
+                    f"{counted(n_designs, 'design')} with the same {by} as others differ in "
+                    "objectives: each row counts as a design; if they are repeated tests, say "
+                    f"--average-by {quote(by)}, or average_by= in Python."
+                ]
     return []
 
 

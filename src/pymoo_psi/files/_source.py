@@ -195,7 +195,7 @@ def read_table(
         content = _content(source, asked.formulation.units, encoding, skipped, sheet)
         is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
-            content = tests_of_cells(path, content[1], content[0].columns)
+            content = tests_of_cells(content[1], content[0].columns)
         if isinstance(content, TestTable):
             table = content
             for option, value in (("skip_rows", skip_rows), ("variables", variables)):
@@ -214,20 +214,17 @@ def read_table(
             incomplete = _incomplete(cells, table, asked.formulation, drop_incomplete)
             if not average_by:  # else such a row is a test of a design that may have others
                 table = replace(table, remarks=(*table.remarks, *incomplete))
-    except UnfitError as error:
-        raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    # One more limit, as a command adds it, must not drop those that are part of a file.
-    decision = asked.combine_first(table.decision)
-    try:
+        # One more limit, as a command adds it, must not drop those that are part of a file.
+        decision = asked.combine_first(table.decision)
         if average_by or (average_by is None and is_study and has_repeats(table)):
             with named_as({"by": name_of("average_by")}):
                 table = average_repeats(replace(table, decision=decision), average_by)
         elif formulation is not None:
             table = table.under(decision)
     except ArgumentValueError as error:
-        if path is None:
+        if path is None and not isinstance(error, UnfitError):
             raise
-        raise ArgumentValueError(f"{path}: {error}") from None
+        raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     designs = table.take(table.feasible())
     remarks = [*table.remarks]
     if average_by is None and not isinstance(source, TestTable):
@@ -574,40 +571,23 @@ def _remarks(
     columns: Mapping[str, TextColumn],
     claims: Mapping[str, str],
     roles: Mapping[str, str],
+    *,
+    is_guess: bool,
+    has_directions: bool,
 ) -> Iterator[str]:
-    """Yield remarks on columns that are not what they are taken for."""
-    for name, claim in claims.items():
-        column = columns[name]
-        if claim == VARIABLE and roles[name] != VARIABLE:
-            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
-            yield f"{name} is no variable: {problem}."
-        if claim in _MET and roles[name] == OUTPUT:
-            limit = _MET[claim]
-            n_beyond = int((limit.excess(name, column.require_numbers()) > 0).sum())
-            if n_beyond:
-                yield (
-                    f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If "
-                    f"it is one, say --limits {quote(limit.written(name))}, or limits= in Python."
-                )
-
-
-def _remarks_on_guess(
-    cells: Cells,
-    columns: Mapping[str, TextColumn],
-    claims: Mapping[str, str],
-    maximize: Collection[str],
-) -> Iterator[str]:
-    """Yield remarks on objectives that nobody has named, and on columns that may be some.
+    """Yield remarks on columns that a reader may take for others.
 
     Args:
         cells: All cells.
         columns: The columns.
         claims: What they are taken for by :func:`_claims`.
-        maximize: Names of what is to be maximised.
+        roles: What they are.
+        is_guess: Whether nobody has said what the objectives are.
+        has_directions: Whether somebody has said what is to be maximised.
     """
     name, *_ = claims
     first = columns[name].require_numbers()
-    if len(first) > 2 and first[0].is_integer() and _count_on(first):
+    if is_guess and len(first) > 2 and first[0].is_integer() and _count_on(first):
         yield (
             f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
             "objectives."
@@ -615,19 +595,27 @@ def _remarks_on_guess(
     unranked = []
     for name, claim in claims.items():
         column = columns[name]
-        if claim == OBJECTIVE:
-            if not maximize and _UPWARD.search(name):
-                option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
-                yield f"{name} is minimised unless you say {option}."
-        elif claim == LABEL:
-            if _holds_more(column, cells):
-                unranked.append(name)
-        elif claim == "":
-            if column.may_hold_numbers():
-                unranked.append(name)
-            elif column.holds_times():
-                yield f"{name} holds times; to rank by it, write them as numbers."
-    if unranked:
+        if claim == VARIABLE and roles[name] != VARIABLE:
+            problem = column.problem or cells.place(name, int(column.gaps().argmax()))
+            yield f"{name} is no variable: {problem}."
+        elif claim in _MET and roles[name] == OUTPUT:
+            limit = _MET[claim]
+            n_beyond = int((limit.excess(name, column.require_numbers()) > 0).sum())
+            if n_beyond:
+                yield (
+                    f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If "
+                    f"it is one, say --limits {quote(limit.written(name))}, or limits= in Python."
+                )
+        elif claim == OBJECTIVE and is_guess and not has_directions and _UPWARD.search(name):
+            option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
+            yield f"{name} is minimised unless you say {option}."
+        elif (claim == LABEL and _holds_more(column, cells)) or (
+            claim == "" and column.may_hold_numbers()
+        ):
+            unranked.append(name)
+        elif claim == "" and is_guess and column.holds_times():
+            yield f"{name} holds times; to rank by it, write them as numbers."
+    if unranked and is_guess:
         yield f"Not ranked: {listed(unranked)}; to rank by others, name the objectives."
 
 
@@ -663,48 +651,40 @@ def _table(
     claims = _claims(columns, formulation, named, variables, labels)
     maximize = {*stated.maximize, *formulation.maximize}
     roles = {name: _role(columns[name], claim) for name, claim in claims.items()}
-    remarks = [*cells.remarks, *_remarks(cells, columns, claims, roles)]
-    if not named:
-        remarks += _remarks_on_guess(cells, columns, claims, maximize)
+    remarks = _remarks(
+        cells, columns, claims, roles, is_guess=not named, has_directions=len(maximize) > 0
+    )
+    numbers = np.array(cells.rows)
+    if roles.get(TEST) == NOTE:
+        numbers = _test_numbers(_values(columns[TEST], NOTE))
+        del roles[TEST]
     data: Columns = {}
-    described = {}
+    schema = []
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
-        described[name] = _described(columns[name], role, data[name], stated, formulation)
-    numbers = np.array(cells.rows)
-    if TEST in described and described[TEST].role == NOTE:
-        numbers = _test_numbers(data.pop(TEST))
-        del described[TEST]
+        unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
+        is_maximized = name in maximize and role != VARIABLE
+        kind = Kind.CHOICE if role == NOTE else kind_of_cells(data[name])
+        schema.append(Column(name, role, kind, unit, is_maximized))
     stated = stated.with_objectives([name for name in claims if claims[name] == OBJECTIVE])
     asked = Formulation(
         limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
     )
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
-        Schema(tuple(described.values())),
+        Schema(tuple(schema)),
         data,
         numbers,
         decision=replace(decision, formulation=asked),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
-        remarks=tuple(remarks),
+        remarks=(*cells.remarks, *remarks),
     )
     if label == TEST:
         return table
     if label in table.schema.notes:
         return table.with_notes({}, label)
     return _named_by_rows(table, cells.rows)
-
-
-def _described(
-    column: TextColumn, role: str, values: AnyArray, stated: Formulation, asked: Formulation
-) -> Column:
-    """Return what a column is: its role, its values, what the source states, what is asked."""
-    if role == NOTE:
-        return Column(column.name, role, Kind.CHOICE)
-    unit = stated.units.get(column.name, column.unit) or asked.units.get(column.name, "")
-    maximize = column.name in {*stated.maximize, *asked.maximize} and role != VARIABLE
-    return Column(column.name, role, kind_of_cells(values), unit, maximize)
 
 
 def _test_numbers(cells: AnyArray) -> Integers:

@@ -27,7 +27,6 @@ from pymoo_psi._validation import (
     Values,
     counted,
 )
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files._cells import SWAPPED, UnfitError
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.table import (
@@ -111,39 +110,38 @@ def table_with(schema: Schema, columns: Columns) -> TestTable:
 
 
 @contextmanager
-def described(where: object) -> Iterator[None]:
-    """Turn errors of a source without a table into one that names the source and the problem."""
+def described() -> Iterator[None]:
+    """Turn errors of a source without a table into one that names the problem."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         problem = str(error)
         if isinstance(error, KeyError):
             problem = f"the column or entry {error} is missing"
-        raise ArgumentValueError(
-            f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {problem}"
+        raise UnfitError(
+            f"it must be a table of tests, of to_csv or 'pymoo-psi export': {problem}"
         ) from error
 
 
 # The cells of a file, whose head is that of a table
 
 
-def tests_of_cells(where: object, head: Head, cells: Entries) -> TestTable:
+def tests_of_cells(head: Head, cells: Entries) -> TestTable:
     """Return the tests in the cells of a file whose head is that of a table.
 
     Args:
-        where: What they come from, for messages.
         head: As :func:`marked` returns it.
         cells: Those of each column by its heading, texts or values.
 
     Raises:
-        ArgumentValueError: They are those of no table, or damaged; the message says where.
+        UnfitError: They are those of no table, or damaged.
     """
-    with described(where):
+    with described():
         if head[MARK] != FORMAT:
             raise ValueError(f"its format is {head[MARK]!r:.20}, not {FORMAT}")
         # By name, not by place: people rearrange columns and add their own, which are not read.
         names = names_of([*cells], head.get("units", {}))
-        cells_by_name = dict(zip(names, map(cells.__getitem__, cells), strict=True))
+        cells_by_name = dict(zip(names, cells.values(), strict=True))
         columns = {}
         for name, kind in kinds_of_columns(schema_of(head)).items():
             try:
@@ -231,7 +229,7 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import Study
 
         facts, columns = Study(file.path).contents()
-        with described(file.path):
+        with described():
             return stored_tests(facts, columns)
 
     def save_tests(self, path: FilePath, table: TestTable) -> None:
@@ -318,7 +316,7 @@ def tests_of_folder(path: Path) -> TestTable:
     from pymoo_psi.study import read_folder
 
     facts, columns, missing = read_folder(path)
-    with described(path):
+    with described():
         tests = stored_tests(facts, columns)
     if missing:
         return replace(tests, remarks=(f"{missing}.", *tests.remarks))
