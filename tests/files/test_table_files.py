@@ -178,7 +178,7 @@ def cut(text):
     return text[: text.index("\n1,0.2") + 1]
 
 
-TESTS = "must be a table of tests, of to_csv or 'pymoo-psi export': .*"
+TESTS = "it must be a table of tests, of to_csv or 'pymoo-psi export': .*"
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,10 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     schema = tests.evaluated
     by, first, design = _tests_by_design(tests, by)
     new_names = [N_TESTS, *map(error_column, tests.schema.objectives)]
+    for name in new_names:
+        if name in schema.names:
+            rule = f"without a column {name!r}, which the means of repeated tests have"
+            raise invalid("table", rule, Received("one"), "rename the column")
     remarks = [
         *table.remarks,
         f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "

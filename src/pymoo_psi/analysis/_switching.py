@@ -137,9 +137,8 @@ def _change(
     rows = np.flatnonzero(np.isfinite(values))
     rows = rows[np.argsort(values[rows], kind="stable")]
     steps, places = np.unique(values[rows], return_inverse=True)
-    F = without_rounding(np.vstack([table.F[rows], table.F[best]]))
-    b = F[-1]
-    F = F[:-1]
+    F = without_rounding(table.F[rows])
+    b = F[rows == best][0]
     # At a place the limit lets in the designs up to there. Places are tried in order; at a last one
     # the best design is left out, or one that dominates it comes in.
     if direction == "tighter":

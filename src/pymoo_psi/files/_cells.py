@@ -570,39 +570,31 @@ def require_designs(
     """
     if not columns:  # of a file of results alone
         return
-    naming = label or next(iter(columns))
+    naming = columns[label or next(iter(columns))]
     numbers = []
-    texts = {}
     for name, column in columns.items():
-        if column.numbers is None:
-            texts[name] = [str(cell).strip() for cell in column.cells]
-        elif name not in labels:
+        if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    last = len(cells.rows) - 1
-    for name, names in texts.items():
-        for row, text in enumerate(names):
-            # In another column it may be the name of a supplier.
-            is_sum = _SUM.fullmatch(text[:_LONGEST]) and (name == naming or _are_sums(numbers, row))
-            # Names that recur, or stand between others, are those of levels.
-            is_at_end = name == naming and row in (0, last) and names.count(text) == 1
-            if is_sum or (is_at_end and _STATISTIC.fullmatch(text[:_LONGEST])):
-                raise UnfitError(
-                    f"{cells.where(row)} is named {text!r}, as computed from others",
-                    f"{cells.without(row)}, or rename it if it is a design",
-                )
-    may_be_sum = last > 2 or (last == 2 and is_blank(columns[naming].cells[last]))
-    if may_be_sum and len(numbers) > 1 and _are_sums(numbers, last):
+    names = [str(cell).strip()[:_LONGEST] for cell in naming.cells]
+    last = len(names) - 1
+    for row, name in enumerate(names):
+        # Names that recur, or stand between others, are those of levels.
+        is_apart = row in (0, last) and names.count(name) == 1
+        if _SUM.fullmatch(name) or (is_apart and _STATISTIC.fullmatch(name)):
+            raise UnfitError(
+                f"{cells.where(row)} is named {name!r}, as computed from others",
+                f"{cells.without(row)}, or rename it if it is a design",
+            )
+    may_be_sum = last > 2 or (last == 2 and is_blank(naming.cells[last]))
+    if may_be_sum and numbers and all(_is_sum(column, last) for column in numbers):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
 
 
-def _are_sums(columns: Sequence[Array], row: int) -> bool:
-    """Say whether a row has the sums of all rows above it, which are not all 0."""
-    for numbers in columns:
-        above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
-        rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-        if not any(above) or not abs(sum(above) - numbers[row]) <= rounding:
-            return False
-    return True
+def _is_sum(numbers: Array, row: int) -> bool:
+    """Say whether a number is the sum of all above it, which are not all 0."""
+    above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
+    rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
+    return any(above) and bool(abs(sum(above) - numbers[row]) <= rounding)
