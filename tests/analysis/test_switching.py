@@ -124,17 +124,9 @@ def test_a_looser_limit_keeps_the_digits_that_leave_designs_out(sign):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_limit_at_the_nearest_value_that_is_named_leaves_a_design(values, sign):
     frame = pd.DataFrame({"f": sign * np.array(values), "g": range(len(values))})
-    table = read_table(
-        frame, Formulation(["f", "g"], limits={"f": {1: (None, 1), -1: (-1, None)}[sign]})
-    )
-    ends = (
-        re.search(r"left \(f (.*)\)", none_left_reason(table))[1]
-        .replace("\u00a0", "")
-        .split(" to ")
-    )
-    assert len(ends) == len({*values})
-    nearest = (None, float(ends[0 if sign > 0 else -1]))[::sign]
-    assert table.under(limits={"f": nearest}).feasible().any()
+    table = read_table(frame, Formulation(["f", "g"], limits={"f": (None, 1)[::sign]}))
+    nearest = re.search(r"has f (.*)\.$", none_left_reason(table))[1].replace("\u00a0", "")
+    assert table.under(limits={"f": (None, float(nearest))[::sign]}).feasible().any()
 
 
 def test_ranges_whose_reciprocals_overflow_are_compared():
@@ -148,11 +140,3 @@ def test_a_limit_on_texts_has_no_bounds():
     costs = constraint_costs(table)
     np.testing.assert_array_equal(costs[["lower", "upper"]], [[-np.inf, 1.5], [np.nan, np.nan]])
     assert costs["rejects"].tolist() == table.violations()[0].sum(axis=0).tolist() == [1, 1]
-
-
-def test_many_objectives_have_costs_without_a_warning_of_pandas():
-    F = np.random.default_rng(0).random((9, 60))
-    names = [f"f{j}" for j in range(60)]
-    table = read_table(pd.DataFrame(F, columns=names), Formulation(names, limits={"f1": 0.5}))
-    costs = constraint_costs(table)
-    assert costs.shape == (1, 124)

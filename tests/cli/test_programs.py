@@ -59,7 +59,7 @@ def test_a_program_is_tried_solved_and_ranked(beam, said):
     assert "Filled: beam.inp, line 1: width=3.0\nFilled: beam.inp, line 2: height=3\n" in printed
     assert (folder / "beam.inp").read_bytes().startswith(b"width=3.0\r\nheight=3")
     printed = said("solve", "beam.toml", "--points", 8, "--jobs", 2, "--study", "b.db")
-    limits = "(slender: height at most 2*width, mass at most 40 kg)"
+    limits = "(slender: height <= 2*width, mass at most 40 kg)"
     assert f"within the limits {limits}" in " ".join(printed.split())
     assert "mass [kg]" in said("rank", "b.db", "--long")
     # the first designs violate a requirement, so that nothing is known of outputs yet

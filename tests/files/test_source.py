@@ -162,7 +162,6 @@ FILES = {
     "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* skip_rows=.3. if"),
     "many blank lines": ("\n" * 10**5 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "two thousand columns": (f"{','.join(WIDE)}\n{'1,' * 1999}1\n{'2,' * 1999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
-    "names of a header with blanks": ("  unit cost   mass\n0  1.5  30\n", {}, "put commas between the cells"),
     "as many names as cells": ("unit cost   mass\nA  1.5  30\n", {}, {"cost": [1.5], "mass": [30]}),
     "a title": ("Offers 2026,,\nname,price,power\nA,1,5\nB,2,7\n", {}, "names? (is|are) empty .* skip_rows=.1"),
     "a title of two columns": ("Offers 2026,\nprice,power\n1,5\n2,7\n", {}, "names? (is|are) empty .* skip_rows=.1"),

@@ -201,30 +201,20 @@ def none_left_reason(table: TestTable) -> str:
     n_left = would_be_left.sum(axis=0)
     if n_left.any():
         k = n_left.argmax()
-        values = _values_beyond(table, names[k], would_be_left[:, k])
-        remedy = f"Without the limit on {names[k]}, {n_left[k]} {_are(n_left[k])} left{values}"
+        name = names[k]
+        remedy = f"Without the limit on {name}, {n_left[k]} {_are(n_left[k])} left"
+        limit = table.limits.get(name)
+        if limit is not None and limit.texts is None:
+            values = table.column(name)[would_be_left[:, k]]
+            nearest = values[limit.excess(name, values).argmin()]
+            # Such a limit lets it in.
+            text = rounded_text(nearest, values, nearest > limit.upper, 4)
+            unit = table.schema.units.get(name, "")
+            remedy += f"; the nearest has {name} {text} {unit}".rstrip()
     else:
         rejects = violated.sum(axis=0)
         remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
     return f"{'; '.join(facts)}. {remedy}."
-
-
-def _values_beyond(table: TestTable, name: str, rejected: Mask) -> str:
-    """Return which values designs have that a limit on numbers rejects: " (mass 31 to 45 kg)".
-
-    A limit at the end that is nearer to the present one lets in the first of them.
-    """
-    limit = table.limits.get(name)
-    if limit is None or limit.texts is not None:
-        return ""
-    values = table.column(name)[rejected]
-    values = np.sort(values[np.isfinite(values)])
-    if not len(values):
-        return ""
-    is_up = values[0] > limit.upper
-    ends = [rounded_text(value, values, is_up, 4) for value in values[[0, -1]]]
-    span = f"{name} {' to '.join(dict.fromkeys(ends))} {table.schema.units.get(name, '')}".strip()
-    return f" ({span})"
 
 
 def alike(reasons: Iterable[str]) -> list[str]:

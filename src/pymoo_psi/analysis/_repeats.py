@@ -150,8 +150,7 @@ def _statistics(tests: TestTable, designs: TestTable, design: Rows) -> Columns:
         values = tests.column(name)
         deviations = values - means_of(values)[design]
         deviations[np.abs(deviations) <= _ROUNDED * np.abs(values)] = 0.0
-        squares = np.zeros(len(counts))
-        np.add.at(squares, design, deviations**2)
+        squares = np.bincount(design, deviations**2, len(counts)).astype(np.float64)
         columns[error_column(name)] = standard_errors(squares, counts)
     return columns
 

@@ -305,7 +305,7 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> 
 
 
 def rounded_text(
-    value: float, cells: Array, is_up: bool, least_digits: int = 6, decimals: int = 0
+    value: float, cells: Array, is_up: bool, least_digits: int, decimals: int = 0
 ) -> str:
     """Return a value rounded up or down, with more digits where designs lie between.
 

@@ -689,8 +689,8 @@ def _table(
 
 def _test_numbers(cells: AnyArray) -> Integers:
     """Return the cells of the column with the numbers of tests."""
-    is_number = [type(cell) is int and cell >= 1 for cell in cells]
-    if not all(is_number) or len({*cells}) < len(cells):
+    are_numbers = all(type(cell) is int and cell > 0 for cell in cells)
+    if not are_numbers or len({*cells}) < len(cells):
         raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
     return cells.astype(np.int64)
 
