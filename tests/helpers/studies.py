@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pymoo_psi.study import Study
+from pymoo_psi.study import Study, identity_of_run
 
 HEAD = {
     "variables": ["x", "n", "hollow", "metal"],
@@ -79,9 +79,9 @@ def proposed(study, made):
         return database.propose(1, made)
 
 
-def begun(path, head=HEAD, **options):
+def begun(path, head=HEAD, share=None, **options):
     study = Study(path, **options)
-    study.begin(head)
+    study.begin(head, identity_of_run(head, None), share)
     return study
 
 

@@ -19,7 +19,6 @@ from pymoo_psi.study import Study
 from tests.helpers.processes import posix
 from tests.helpers.refusals import refused
 from tests.helpers.studies import (
-    HEAD,
     begun,
     bits,
     block,
@@ -40,7 +39,7 @@ CALLS = (
     read,
     lambda path: Study(path).append(block(1, 1)),
     lambda path: Study(path).contents()[1],
-    lambda path: Study(path).begin(HEAD),
+    begun,
 )
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
-from pymoo_psi.study import Share, Study, read_folder, write_study
+from pymoo_psi.study import Share, read_folder, write_study
 from tests.helpers.refusals import refused
 from tests.helpers.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
@@ -35,8 +35,7 @@ def shares(folder, of, last, parts=None, head=HEAD):
     whole = block(1, last, failed=[2])
     for k in parts or range(1, of + 1):
         share = Share(k, of)
-        study = Study(folder / share.file)
-        study.begin(head, share=share)
+        study = begun(folder / share.file, head, share)
         study.append(rows(whole, share.numbers(1, last) - 1))
     return whole
 
@@ -65,8 +64,8 @@ def test_a_point_of_two_files_counts_once(tmp_path):
 
 def test_an_output_that_a_share_lacks_is_unknown(tmp_path):
     whole = shares(tmp_path, 3, 12, [1, 2])
-    numbers, share = Share(3, 3).numbers(1, 12), Study(tmp_path / Share(3, 3).file)
-    share.begin(HEAD, share=Share(3, 3))
+    numbers = Share(3, 3).numbers(1, 12)
+    share = begun(tmp_path / Share(3, 3).file, share=Share(3, 3))
     heat = np.where(np.isin(whole["test_point"], numbers), whole["x"], np.nan)
     share.append(rows(whole | {"heat": heat}, numbers - 1))
     # another file holds some of these points without the output: they are the same tests

@@ -17,7 +17,7 @@ from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.study import Study
 from tests.helpers.processes import LONG, until
 from tests.helpers.refusals import refused
-from tests.helpers.studies import HEAD, begun, bits, block, read, rows
+from tests.helpers.studies import begun, bits, block, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
@@ -102,7 +102,7 @@ def test_the_second_writer_waits_or_names_the_first(tmp_path, study_file, worker
             block(9, 4),
             error=StudyLockedError,
         )
-    study.begin(HEAD)
+    begun(study_file)
     assert len(read(study_file)[1]["x"]) == 4  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
     assert Study(study_file, wait=LONG).append(block(9, 4)) == 4

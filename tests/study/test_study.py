@@ -50,7 +50,7 @@ def test_the_first_proposals_under_a_number_stay(study):
     made = [(n, 2, "métal", {"point": [0.1, None, 1e-300], "n": n}) for n in (7, 8, 9)]
     assert proposed(study, made) == made
     assert proposed(study, [(n, 3, "other", {}) for n in (7, 8)]) == made[:2]
-    refused("must hold plain values", study.begin, changed(parameters={"n": np.int64(3)}))
+    refused("must hold plain values", begun, study.path, changed(parameters={"n": np.int64(3)}))
     assert Study(study.path).proposals() == made
     assert str(read(study.path)) == str(nothing)  # they are no tests
 
@@ -162,7 +162,7 @@ def test_what_is_stored_is_not_written_again(study):
     before = contents(folder), os.stat(study.path).st_mtime_ns
     assert study.append(block(1, 4, failed=[2])) == 0
     assert study.append(rows(block(1, 4, failed=[2]), [3, 1, 0, 2])) == 0
-    study.begin(HEAD)
+    begun(study.path)
     read(study.path)
     assert before == (contents(folder), os.stat(study.path).st_mtime_ns)
 

@@ -359,7 +359,6 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
         (lambda: TWO.under(computed={"loss": "head + 1"}), "must be one of 'f1', 'f2', 'x1', got 'head'"),
         (lambda: TWO.with_notes({"pi": ["A", "B"]}).under(computed={"area": "pi * f1"}), "'pi' holds 'A'"),
         (lambda: limits_of("price<=50 range>=300"), "join limits by commas"),
-        (lambda: Decision(positions=[{"name": "A", "aspiration": {"mass": np.nan}}]), "'mass' in aspiration of a position must be a finite number"),
     ],
 )  # fmt: skip
 def test_what_a_table_does_not_have_is_refused(call, message):

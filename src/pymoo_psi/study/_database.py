@@ -47,6 +47,61 @@ _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
 # Columns of blocks and plan.
 _JOINED = ("block_point", "block_number", "block_differs", "point", "proposal")
+# A block of tests to be written, where SQLite finds what is known of them. It has the columns of
+# ``tests``; ``test`` is NULL where no test is known. Besides there are ``block_point``, the point
+# of a test; ``block_number``, the number that it gets if it is new; and ``block_differs``, whether
+# the known test has not failed and has other results. It is kept for the next block, as SQLite
+# prepares its statements anew for another one.
+_BLOCK = """
+    CREATE TEMP TABLE IF NOT EXISTS block AS
+    SELECT 0 AS block_point, 0 AS block_number, 0 AS block_differs, * FROM tests LIMIT 0
+"""
+_WITH_PLANNED_TESTS = """
+    UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)
+"""
+# Each test is a further one of its design.
+_WITH_FURTHER_REPEATS = """
+    UPDATE block SET repeat = counted.further FROM (
+        SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
+            + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
+            AS further
+        FROM block AS b) AS counted
+    WHERE block.rowid = counted.row
+"""
+# Other runs look for the first test of a design, which is missing while it is corrected.
+_WITH_FIRST_REPEATS = """
+    UPDATE block SET repeat = 1
+    WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
+        AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
+"""
+# A design of a noisy model that recurs in the run is tested again for its point.
+_WITH_RECURRING_DESIGNS = """
+    UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
+        (design, repeat) IN
+            (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
+        OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
+"""
+# New designs have the stored tests of the same designs.
+_WITH_TESTS_OF_DESIGNS = """
+    UPDATE block SET test = coalesce(
+        (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat), {})
+    WHERE test IS NULL
+"""
+_CONTRADICTED = """
+    SELECT point FROM block CROSS JOIN plan
+    ON run = ? AND point = block_point AND plan.test = block.test WHERE block_differs
+"""
+_WITH_FREE_NUMBERS = """
+    UPDATE block SET block_number = rowid
+        + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
+    WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
+"""
+_PLANNED = """
+    INSERT INTO plan (run, point, test)
+    SELECT ?, block_point, test FROM block WHERE test NOT NULL
+    ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
+    WHERE test IS NOT excluded.test
+"""
 _OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
 _OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
 
@@ -226,7 +281,8 @@ class Database:
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
         # Without a key: until it is made, others may test the same design.
         design["test_point"] = np.array([proposal.test_point])
-        self._block(run, design, [None]).insert()
+        self._begin_block(run, design, [None])
+        self._write_new()
         test = int(self._integers("SELECT test FROM block")[0])
         self.add_proposal(run, proposal, test)
         return test, proposal
@@ -307,20 +363,20 @@ class Database:
     def append(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> int:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
         self.widen(columns)
-        block = self._block(run, columns, self.keys(columns), repeat, noisy=noisy)
-        wrong = block.contradicted()
-        if wrong:
+        self._begin_block(run, columns, self.keys(columns), repeat, noisy=noisy)
+        wrong = self._contradicted(run)
+        if len(wrong):
             raise invalid(
                 "block",
                 "of new test points, repetitions of failed ones, or what is stored",
                 Received(f"other values for test point {wrong[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        n_changed = block.complete() + block.replace()
-        n_written = n_changed + block.insert()
+        n_changed = self._write_known()
+        n_written = n_changed + self._write_new()
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
-        block.plan()
+        self.db.execute(_PLANNED, (run,))
         if n_written:
             process = [platform.node(), os.getpid()]
             if self.get("process") != process:
@@ -331,7 +387,8 @@ class Database:
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        self._block(run, {"test_point": points}, keys, repeat, noisy=noisy).plan()
+        self._begin_block(run, {"test_point": points}, keys, repeat, noisy=noisy)
+        self.db.execute(_PLANNED, (run,))
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
@@ -358,7 +415,9 @@ class Database:
             return [None] * len(columns["test_point"])
         return keys_of_designs(designs, [*map(Kind, head["kinds"])])
 
-    def _block(
+    # Blocks of tests, in the order of the steps
+
+    def _begin_block(
         self,
         run: int,
         columns: Columns,
@@ -366,20 +425,83 @@ class Database:
         repeat: int = 1,
         *,
         noisy: bool = False,
-    ) -> _Block:
-        """Return a block of tests, with what is known of them."""
+    ) -> None:
+        """Put tests into the table of a block, and find what is known of them."""
         points = columns["test_point"]
         numbers = columns.get("test", (run - 1) * ROOM + points)
         cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
         cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
-        values = [sql for sql, _ in self._columns.values()]
-        block = _Block(self.db, run, cells, values)
+        self.db.execute(_BLOCK)
+        self.db.execute("DELETE FROM block")
+        marks = ", ".join("?" * len(cells))
+        rows = zip(*cells.values(), strict=True)
+        self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
+        self.db.execute(_WITH_PLANNED_TESTS, (run,))
         if repeat == 0:
-            block.number_repeats()
+            self.db.execute(_WITH_FURTHER_REPEATS)
+            self.db.execute(_WITH_FIRST_REPEATS)
         elif noisy:
-            block.repeat_recurring()
-        block.share()
-        return block
+            self.db.execute(_WITH_RECURRING_DESIGNS, (run,))
+        self.db.execute(_WITH_TESTS_OF_DESIGNS.format("NULL"))
+
+    def _contradicted(self, run: int) -> Integers:
+        """Compare tests with the known ones; return points of the run that have other results.
+
+        Values differ only where both tests have one.
+        """
+        self.db.execute(f"""
+            UPDATE block SET block_differs = (
+                SELECT tests.status <> 'failed' AND (block.status = 'failed'
+                    OR coalesce(({self._row("tests.{}")}) <> ({self._row("block.{}")}), 0))
+                FROM tests WHERE tests.test = block.test)
+            WHERE test NOT NULL
+        """)
+        return self._integers(_CONTRADICTED, run)
+
+    def _row(self, cell: str) -> str:
+        """Return the values as a row in SQL, which may have none."""
+        return ", ".join(["0", *(cell.format(sql) for sql, _ in self._columns.values())])
+
+    def _write_known(self) -> int:
+        """Add values that known tests lack, and replace failed and planned ones; return how many.
+
+        A failed test that is made again stays the same one of its design.
+        """
+        names = self._written()
+        completed = ", ".join(f"{name} = coalesce(tests.{name}, block.{name})" for name in names)
+        replaced = ", ".join(f"{name} = block.{name}" for name in names)
+        n_completed = self.db.execute(f"""
+            UPDATE tests SET {completed} FROM block
+            WHERE tests.test = block.test AND tests.status <> 'failed' AND NOT block_differs
+                AND ({self._row("coalesce(tests.{0}, block.{0})")}) IS NOT ({self._row("tests.{}")})
+        """).rowcount
+        return (
+            n_completed
+            + self.db.execute(f"""
+            UPDATE tests SET {replaced},
+                repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)
+            FROM block
+            WHERE tests.test = block.test AND (tests.status IS NULL OR tests.status = 'failed'
+                AND (block.status <> 'failed' OR tests.reason <> block.reason))
+        """).rowcount
+        )
+
+    def _written(self) -> list[str]:
+        """Return the columns that known tests take from a block."""
+        values = [sql for sql, _ in self._columns.values()]
+        return ["design", "status", "reason", "origin", "seconds", *values]
+
+    def _write_new(self) -> int:
+        """Write the new tests; return how many there are."""
+        self.db.execute(_WITH_FREE_NUMBERS)
+        names = ", ".join(["repeat", *self._written()])
+        n_written = self.db.execute(f"""
+            INSERT INTO tests (test, {names})
+            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
+            ON CONFLICT (design, repeat) DO NOTHING
+        """).rowcount
+        self.db.execute(_WITH_TESTS_OF_DESIGNS.format("block_number"))
+        return n_written
 
     def _cells(self, columns: Columns) -> dict[str, list[Any]]:
         """Return columns of tests as lists by their names in SQL."""
@@ -494,158 +616,6 @@ def _columns_in_sql(head: Head, names: Mapping[str, str]) -> dict[str, tuple[str
         quoted = names[name].replace('"', '""')
         columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
     return columns
-
-
-class _Block:
-    """Tests to be written, in a temporary table, where SQLite finds what is known of them.
-
-    The table has the columns of ``tests``; ``test`` is NULL where no test is known. Besides there
-    are ``block_point``, the point of a test; ``block_number``, the number that it gets if it is
-    new; and ``block_differs``, whether the known test has not failed and has other results.
-
-    Args:
-        db: The connection.
-        run: The run of the points.
-        cells: Columns as lists, by their names in SQL.
-        values: The names of all columns of values in SQL.
-    """
-
-    def __init__(
-        self,
-        db: sqlite3.Connection,
-        run: int,
-        cells: Mapping[str, Sequence[Any]],
-        values: Sequence[str],
-    ) -> None:
-        self._db = db
-        self._run = run
-        self._values = values
-        self._columns = ("design", "status", "reason", "origin", "seconds", *values)
-        # It is kept for the next block, as SQLite prepares its statements anew for another one.
-        db.execute("""
-            CREATE TEMP TABLE IF NOT EXISTS block AS
-            SELECT 0 AS block_point, 0 AS block_number, 0 AS block_differs, * FROM tests LIMIT 0
-        """)
-        db.execute("DELETE FROM block")
-        marks = ", ".join("?" * len(cells))
-        rows = zip(*cells.values(), strict=True)
-        db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
-        db.execute(
-            "UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)",
-            (run,),
-        )
-
-    def number_repeats(self) -> None:
-        """Let each test be a further one of its design."""
-        self._db.execute("""
-            UPDATE block SET repeat = counted.further FROM (
-                SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
-                    + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
-                    AS further
-                FROM block AS b) AS counted
-            WHERE block.rowid = counted.row
-        """)
-        # Other runs look for the first test of a design, which is missing while it is corrected.
-        self._db.execute("""
-            UPDATE block SET repeat = 1
-            WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
-                AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
-        """)
-
-    def repeat_recurring(self) -> None:
-        """Let a design of a noisy model that recurs in the run be tested again for its point."""
-        self._db.execute(
-            """
-            UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
-                (design, repeat) IN
-                    (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
-                OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
-            """,
-            (self._run,),
-        )
-
-    def share(self, otherwise: str = "NULL") -> None:
-        """Let new designs have the stored tests of the same designs."""
-        self._db.execute(f"""
-            UPDATE block SET test = coalesce(
-                (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat),
-                {otherwise})
-            WHERE test IS NULL
-        """)
-
-    def contradicted(self) -> list[int]:
-        """Compare tests with the known ones; return points of the run that have other results.
-
-        Values differ only where both tests have one.
-        """
-        old = self._row("tests.{}")
-        new = self._row("block.{}")
-        self._db.execute(f"""
-            UPDATE block SET block_differs = (
-                SELECT tests.status <> 'failed'
-                    AND (block.status = 'failed' OR coalesce(({old}) <> ({new}), 0))
-                FROM tests WHERE tests.test = block.test)
-            WHERE test NOT NULL
-        """)
-        query = """
-            SELECT point FROM block CROSS JOIN plan
-            ON run = ? AND point = block_point AND plan.test = block.test WHERE block_differs
-        """
-        return [point for (point,) in self._db.execute(query, (self._run,))]
-
-    def _row(self, cell: str) -> str:
-        """Return the values as a row in SQL, which may have none."""
-        return ", ".join(["0", *map(cell.format, self._values)])
-
-    def complete(self) -> int:
-        """Add values that known tests lack; return how many tests lacked some."""
-        changes = [f"{name} = coalesce(tests.{name}, block.{name})" for name in self._columns]
-        old = self._row("tests.{}")
-        filled = self._row("coalesce(tests.{0}, block.{0})")
-        return self._db.execute(f"""
-            UPDATE tests SET {", ".join(changes)} FROM block
-            WHERE tests.test = block.test AND tests.status <> 'failed' AND NOT block_differs
-                AND ({filled}) IS NOT ({old})
-        """).rowcount
-
-    def replace(self) -> int:
-        """Replace planned tests and failed ones by their repetitions; return how many."""
-        changes = [f"{name} = block.{name}" for name in self._columns]
-        # a failed test that is made again stays the same one of its design
-        changes.append("repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)")
-        return self._db.execute(f"""
-            UPDATE tests SET {", ".join(changes)} FROM block
-            WHERE tests.test = block.test AND (tests.status IS NULL OR tests.status = 'failed'
-                AND (block.status <> 'failed' OR tests.reason <> block.reason))
-        """).rowcount
-
-    def insert(self) -> int:
-        """Write the new tests; return how many there are."""
-        self._db.execute("""
-            UPDATE block SET block_number = rowid
-                + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
-            WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
-        """)
-        names = ", ".join(("repeat", *self._columns))
-        cursor = self._db.execute(f"""
-            INSERT INTO tests (test, {names})
-            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
-            ON CONFLICT (design, repeat) DO NOTHING
-        """)
-        self.share("block_number")
-        return cursor.rowcount
-
-    def plan(self) -> None:
-        """Let the points of the run have the known tests."""
-        self._db.execute(
-            """
-            INSERT INTO plan (run, point, test)
-            SELECT ?, block_point, test FROM block WHERE test NOT NULL
-            ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
-            WHERE test IS NOT excluded.test
-            """,
-            (self._run,),
-        )
 
 
 def _text(value: Any) -> str:

@@ -130,7 +130,7 @@ class Study:
     def begin(
         self,
         head: Head,
-        identity: Head | None = None,
+        identity: Head,
         share: tuple[int, int] | None = None,
         revised: Callable[[Columns], tuple[Mask, Columns]] | None = None,
     ) -> tuple[Facts, StudyRun]:
@@ -141,7 +141,7 @@ class Study:
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; ``problem``,
                 which identifies the model; and what else the formulation needs, such as limits.
                 It replaces the head that the study has. Outputs are added by the tests.
-            identity: What determines the points of the run; by default the bounds in the head.
+            identity: What determines the points of the run.
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
@@ -158,8 +158,6 @@ class Study:
             ArgumentTypeError: JSON cannot hold the head.
         """
         head = json.loads(identity_text(head))
-        if identity is None:
-            identity = identity_of_run(head, None)
         new = Facts(head, [StudyRun(1, identity, {})], share=share)
         if share is not None:
             self._prepare_folder(new)

@@ -21,7 +21,6 @@ from pymoo_psi._validation import (
     Values,
     collection,
     distinct_keys,
-    finite_number,
     instance,
     invalid,
     known_name,
@@ -86,10 +85,7 @@ class Decision:
             position = _checked("a position", entries, _Position)
             limits = limits_of(position["limits"], "the limits of a position")
             position["limits"] = {name: limit.plain for name, limit in limits.items()}
-            for key in ("weights", "aspiration"):
-                for name, value in position[key].items():
-                    finite_number(f"{name!r} in {key} of a position", value)
-            content = json.dumps(position, sort_keys=True)
+            content = json.dumps(position, sort_keys=True, allow_nan=False)
             date = position["date"]
             order = (_time_of(date), date, position["name"], position["chosen"] or "", content)
             positions[order] = position

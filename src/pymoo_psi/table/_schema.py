@@ -7,14 +7,13 @@ A :class:`Schema` is a list of columns, each with its name, role, kind, unit, di
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._kinds import keys_of_designs, option_text
@@ -31,8 +30,6 @@ from pymoo_psi._validation import (
     known_name,
     known_names,
     mapping,
-    real_array,
-    require_shape,
     wrong_type,
 )
 from pymoo_psi.pareto import EQ_TOLERANCE
@@ -167,8 +164,8 @@ class Schema:
         inequalities: int | Names = 0,
         equalities: int | Names = 0,
         *,
-        lower: ArrayLike | None = None,
-        upper: ArrayLike | None = None,
+        lower: Iterable[float | None] | None = None,
+        upper: Iterable[float | None] | None = None,
         eq_tolerance: float = EQ_TOLERANCE,
         kinds: Sequence[Kind | str] = (),
         outputs: Names = (),
@@ -184,7 +181,7 @@ class Schema:
                 <= 0.
             equalities: Names of the equality constraints, or how many: h1, h2, …; met where their
                 absolute value is within the tolerance.
-            lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
+            lower: ``(n_var,)`` lower bounds, NaN or None where there is none; unknown unless given.
             upper: ``(n_var,)`` upper bounds, as for ``lower``.
             eq_tolerance: How far an equality constraint may be from 0.
             kinds: What each variable is, "real", "log" (real, on a logarithmic scale), "integer",
@@ -203,26 +200,24 @@ class Schema:
             >>> schema["x1"].heading, schema["mass"].heading, schema.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
-        designs = column_names("variables", variables, "x")
-        unknown = np.full(len(designs), np.nan)
-        bounds = []
-        for side, values in (("lower", lower), ("upper", upper)):
-            bounds.append(real_array(side, unknown if values is None else values))
-            require_shape(side, bounds[-1], unknown.shape)
-        columns = []
-        stated: Sequence[Any] = kinds or [None] * len(designs)
-        for name, kind, low, high in zip(designs, stated, *bounds, strict=True):
-            columns.append(Column(name, VARIABLE, kind, lower=low, upper=high))
         groups = {
+            VARIABLE: column_names("variables", variables, "x"),
             OBJECTIVE: column_names("objectives", objectives, "f"),
             INEQUALITY: column_names("inequalities", inequalities, "g"),
             EQUALITY: column_names("equalities", equalities, "h"),
             OUTPUT: column_names("outputs", outputs),
         }
+        columns = []
         for role, names in groups.items():
-            columns += [Column(name, role, maximize=name in maximize) for name in names]
+            kind = None if role == VARIABLE else Kind.REAL
+            columns += [Column(name, role, kind, maximize=name in maximize) for name in names]
         known_names("maximize", maximize, (*groups[OBJECTIVE], *groups[OUTPUT]))
-        return cls(tuple(columns), eq_tolerance).with_units(units or {})
+        stated: dict[str, Any] = {"lower": lower, "upper": upper, "kind": kinds or None}
+        changes: dict[str, Mapping[str, Any]] = {"unit": unit_texts(units or {})}
+        for attribute, values in stated.items():
+            if values is not None:
+                changes[attribute] = dict(zip(groups[VARIABLE], values, strict=True))
+        return cls(tuple(columns), eq_tolerance).changed(**changes)
 
     # Columns
 
@@ -241,9 +236,7 @@ class Schema:
         Raises:
             ArgumentValueError: There is no such column.
         """
-        if name not in self._by_name:
-            known_name("column", name, self._by_name)
-        return self._by_name[name]
+        return self._by_name[known_name("column", name, self._by_name)]
 
     def with_role(self, *roles: str) -> tuple[Column, ...]:
         """Return the columns of some roles, in the order of the columns."""

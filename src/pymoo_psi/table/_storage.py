@@ -102,8 +102,8 @@ def schema_of(head: Head) -> Schema:
     groups = [head[group] for group in _GROUPS if group != "outputs"]
     schema = Schema.of(
         *groups,
-        lower=np.array(head["lower"], dtype=np.float64),
-        upper=np.array(head["upper"], dtype=np.float64),
+        lower=head["lower"],
+        upper=head["upper"],
         eq_tolerance=head["eq_tolerance"],
         kinds=head["kinds"],
         outputs=head.get("outputs", ()),

@@ -401,10 +401,9 @@ class TestTable(View, Shown):
         """
         for name, limit in self.limits.items():
             if limit.texts and len(self) and name not in self.schema.variables:
-                missing = limit.missing(self.column(name))
-                if len(missing) == len(limit.texts):
-                    texts = {*texts_of(self.column(name)[:_N_SHOWN]).tolist()}
-                    known_name(f"{name!r} in limits", missing[0], texts)
+                texts = texts_of(self.column(name))
+                if not np.isin(limit.texts, texts).any():
+                    known_name(f"{name!r} in limits", limit.texts[0], {*texts[:_N_SHOWN].tolist()})
         self.feasible()  # refuses columns that limits and expressions cannot use
         ranges = self.fixed_ranges
         objectives = self.schema.objectives
@@ -830,8 +829,7 @@ class TestTable(View, Shown):
             )
         data: Columns = {}
         for column in whole.evaluated.columns:
-            parts = [table._cells_of(column) for table in tables]
-            data[column.name] = np.concatenate(parts)
+            data[column.name] = np.concatenate([table._cells_of(column) for table in tables])
         remarks = dict.fromkeys(remark for table in tables for remark in table.remarks)
         return replace(
             whole,
@@ -846,9 +844,8 @@ class TestTable(View, Shown):
             return cells_of_kind(column.name, self.data[column.name], column.kind)
         if column.name in self.data:
             return self.data[column.name]
-        if column.role in NUMBERS_ROLES:
-            return np.full(len(self), np.nan)
-        return np.full(len(self), None)
+        missing = np.nan if column.role in NUMBERS_ROLES else None
+        return np.full(len(self), missing)
 
     def equals(self, other: object) -> bool:
         """Whether another table is equal in every column, value and decision.
@@ -862,11 +859,7 @@ class TestTable(View, Shown):
         """
         if not isinstance(other, TestTable) or len(self) != len(other):
             return False
-        heads = []
-        for table in (self, other):
-            heads.append(schema_head(table.schema) | decision_head(table.decision))
-            heads[-1]["ranges"] = table.fixed_ranges
-        if heads[0] != heads[1]:
+        if _stated(self) != _stated(other):
             return False
         columns = columns_of(other)
         for name, cells in columns_of(self).items():
@@ -944,10 +937,8 @@ class TestTable(View, Shown):
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         frame = self.take(np.arange(len(self))[:n]).to_frame()
         results = result_columns(self.columns)
-        dropped = [results["pareto"]]  # that of ten rows is another one than that of all
-        for name in (results["violated"], results["reason"]):
-            if not frame[name].any():
-                dropped.append(name)
+        frame[results["pareto"]] = False  # that of ten rows is another one than that of all
+        dropped = [name for name in results.values() if not frame[name].any()]
         headings = {column.name: column.heading for column in self.schema.columns}
         return frame.drop(columns=dropped).rename(columns=headings), len(self)
 
@@ -1012,11 +1003,11 @@ def require_table(table: object) -> None:
 
 def has_errors(table: TestTable) -> bool:
     """Whether the feasible designs have a standard error of each objective."""
+    names = list(map(error_column, table.schema.objectives))
+    if not {*names} <= {*table.schema.outputs}:
+        return False
     designs = table.feasible()
-    for name in map(error_column, table.schema.objectives):
-        if name not in table.schema.outputs or not np.isfinite(table.column(name)[designs]).all():
-            return False
-    return True
+    return all(np.isfinite(table.column(name)[designs]).all() for name in names)
 
 
 def table_difference(a: TestTable, b: TestTable) -> str:
@@ -1036,6 +1027,12 @@ def table_difference(a: TestTable, b: TestTable) -> str:
         if others.get(name, fact) != fact:
             return f"{name} {fact} against {others[name]}"
     return ""
+
+
+def _stated(table: TestTable) -> Values:
+    """Return the columns and the decision, in which no ranges are those of the Pareto set."""
+    ranges = {"ranges": table.fixed_ranges}
+    return schema_head(table.schema) | decision_head(table.decision) | ranges
 
 
 def _facts(table: TestTable) -> Values:
@@ -1058,11 +1055,10 @@ def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     if one.dtype.kind == "f" == two.dtype.kind:
         with np.errstate(over="ignore"):
             return ~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True)
-    differing = np.zeros(len(one), dtype=bool)
-    for i, (u, v) in enumerate(zip(one.tolist(), two.tolist(), strict=True)):
-        is_nan = u != u and v != v
-        differing[i] = type(u) is not type(v) or not (u == v or is_nan)
-    return differing
+    differing = []
+    for u, v in zip(one.tolist(), two.tolist(), strict=True):
+        differing.append(type(u) is not type(v) or (u != v and (u == u or v == v)))
+    return np.array(differing, dtype=bool)
 
 
 def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int, str]:
