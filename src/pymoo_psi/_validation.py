@@ -199,21 +199,15 @@ def identity_facts(identity: Head, other: Head) -> dict[str, str]:
     may_be_renamed = arguments - other_arguments and other_arguments - arguments
     others = ("defaults", "inequalities")  # how many; the columns themselves are compared
     facts = flat({name: value for name, value in identity.items() if name not in others})
-    for name, value in _defaults(identity).items():
+    for name, value in identity.get("defaults", {}).items():
         if name in other_arguments or may_be_renamed:
             facts |= flat({f"parameters.{name}": value})
     return facts
 
 
-def _defaults(identity: Head) -> Head:
-    """Return the arguments that have default values; a file may have anything in their place."""
-    defaults = identity.get("defaults")
-    return defaults if isinstance(defaults, Mapping) else {}
-
-
 def _arguments(identity: Head) -> set[str]:
     """Return the paths of all arguments in the identity of a problem."""
-    paths = {*_defaults(identity)}
+    paths = {*identity.get("defaults", ())}
     parameters = identity.get("parameters")
     of = ""
     while isinstance(parameters, Mapping):

@@ -160,10 +160,10 @@ class Database:
     def begin(self, head: Head, share: Sequence[int] | None = None) -> None:
         """Make the tables of a new study, in a transaction."""
         self.db.executescript(SCHEMA)
-        facts = {"id": secrets.token_hex(16), "share": share, "steering": [], "process": ["", 0]}
+        facts: Values = {"id": secrets.token_hex(16), "share": share, "columns": {}}
+        facts |= {"steering": [], "process": ["", 0]}
         for name, value in facts.items():
             self._set(name, value)
-        self._set("columns", {})
         self._set_head(head)
 
     def _set(self, key: str, value: Any) -> None:

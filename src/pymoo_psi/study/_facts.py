@@ -21,7 +21,6 @@ from pymoo_psi._validation import (
     Head,
     Integers,
     Names,
-    Received,
     Values,
     flat,
     identity_facts,
@@ -303,7 +302,7 @@ class Share(NamedTuple):
             raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
         part, of = [integer("k and n of share=(k, n)", number, minimum=1) for number in value]
         if part > of:
-            raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
+            raise invalid("share", "(k, n) with k from 1 to n", (part, of))
         return cls(part, of)
 
     def __str__(self) -> str:

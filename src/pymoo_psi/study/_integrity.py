@@ -53,6 +53,13 @@ CREATE TABLE log (time TEXT, who TEXT, what TEXT);
 """Of a new study; without a journal, as the file is thrown away if anything happens."""
 _TABLES = ("meta", "runs", "plan", "log", "tests")
 
+_SETTINGS = """
+PRAGMA synchronous = EXTRA; -- a commit outlives a power failure
+PRAGMA cell_size_check = ON; -- damage is reported, not read
+PRAGMA temp_store = MEMORY;
+PRAGMA cache_size = -65536; -- 64 MB, as designs are spread over their index
+"""
+
 # Files
 
 
@@ -66,10 +73,7 @@ def connected(path: str) -> sqlite3.Connection:
         uri, uri=True, timeout=_PATIENCE, isolation_level=None, check_same_thread=False
     )
     try:
-        db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-        db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
-        db.execute("PRAGMA temp_store = MEMORY")
-        db.execute("PRAGMA cache_size = -65536")  # 64 MB, as designs are spread over their index
+        db.executescript(_SETTINGS)
     except sqlite3.Error:  # it is no database
         db.close()
         raise

@@ -57,12 +57,12 @@ _GROUPS = {  # groups of columns in a head, and their roles
 }
 # Entries of a head that state a decision; objectives and the like are in the columns.
 _OF_DECISION = ("limits", "ranges", "normalize", "chosen", "reason", "positions", "decided")
-_DATATYPES: Values = {  # data types of CSVW by those of pandas
-    "integer": "integer",
-    "floating": "number",
-    "mixed-integer-float": "number",
-    "boolean": {"base": "boolean", "format": "True|False"},
+_DATATYPES: Values = {  # data types of CSVW by those of arrays; all others are texts
+    "i": "integer",
+    "f": "number",
+    "b": {"base": "boolean", "format": "True|False"},
 }
+_USUAL_MARKS = {"decimal": ".", "separator": ","}
 HEAD_ENTRY = "pymoo-psi:head"  # entries of the metadata that are ours
 ROWS_ENTRY = "pymoo-psi:rows"
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
@@ -143,12 +143,8 @@ def marked(table: Any) -> Values:
 
 def marks_of(table: Any) -> Values:
     """Return the entries of a head for the marks of the source, which files keep."""
-    marks = {}
-    if table.decimal != ".":
-        marks["decimal"] = table.decimal
-    if table.separator != ",":
-        marks["separator"] = table.separator
-    return marks
+    marks = {name: getattr(table, name) for name in _USUAL_MARKS}
+    return {name: mark for name, mark in marks.items() if mark != _USUAL_MARKS[name]}
 
 
 def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
@@ -320,12 +316,10 @@ def metadata_path(path: FilePath) -> Path:
 
 def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     """Return the metadata of columns in CSVW."""
-    from pandas.api.types import infer_dtype
-
     units = head.get("units", {})
     described = []
     for name, heading in headings_of(columns, units).items():
-        datatype = _DATATYPES.get(infer_dtype(columns[name]), "string")
+        datatype = _DATATYPES.get(columns[name].dtype.kind, "string")
         if datatype == "number" and head.get("decimal") == ",":
             datatype = {"base": "number", "format": {"decimalChar": ","}}
         column = {"titles": inert(heading), "datatype": datatype}
