@@ -57,10 +57,11 @@ _GROUPS = {  # groups of columns in a head, and their roles
 }
 # Entries of a head that state a decision; objectives and the like are in the columns.
 _OF_DECISION = ("limits", "ranges", "normalize", "chosen", "reason", "positions", "decided")
-_DATATYPES: Values = {  # data types of CSVW by those of arrays; all others are texts
-    "i": "integer",
-    "f": "number",
-    "b": {"base": "boolean", "format": "True|False"},
+_DATATYPES: Values = {  # data types of CSVW by those of pandas
+    "integer": "integer",
+    "floating": "number",
+    "mixed-integer-float": "number",
+    "boolean": {"base": "boolean", "format": "True|False"},
 }
 _USUAL_MARKS = {"decimal": ".", "separator": ","}
 HEAD_ENTRY = "pymoo-psi:head"  # entries of the metadata that are ours
@@ -316,10 +317,12 @@ def metadata_path(path: FilePath) -> Path:
 
 def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     """Return the metadata of columns in CSVW."""
+    from pandas.api.types import infer_dtype
+
     units = head.get("units", {})
     described = []
     for name, heading in headings_of(columns, units).items():
-        datatype = _DATATYPES.get(columns[name].dtype.kind, "string")
+        datatype = _DATATYPES.get(infer_dtype(columns[name]), "string")
         if datatype == "number" and head.get("decimal") == ",":
             datatype = {"base": "number", "format": {"decimalChar": ","}}
         column = {"titles": inert(heading), "datatype": datatype}
