@@ -21,7 +21,6 @@ from pymoo_psi import (
     FailureTolerant,
     Recorded,
     Restricted,
-    SurrogatePSI,
     investigate,
     read_table,
 )
@@ -120,7 +119,7 @@ class Check:
         self.model = Model(variables, elementwise=elementwise, noisy=noisy)
 
     def run(self):
-        others = [] if self.model.noisy else [self.recorded, self.surrogates]
+        others = [] if self.model.noisy else [self.recorded]
         choices = [*others, self.sequence, self.sequence, self.sequence]
         choices[self.random.integers(len(choices))]()
         self.check_study()
@@ -155,15 +154,6 @@ class Check:
         with suppress(KeyboardInterrupt):
             investigate(box(self.model), n_points, study=self.study, **options)
         self.model.n_left = math.inf
-
-    def surrogates(self):
-        box = restricted(self.random, self.model)
-        algorithm = SurrogatePSI(6, n_points=4, study=self.study)
-        table = minimize(
-            box(self.model), algorithm, seed=int(self.random.integers(2))
-        ).algorithm.table
-        assert len(table) == 6 or self.model.vars.keys() != REAL.keys()
-        self.check_table(table)
 
     def recorded(self):
         """Designs that somebody evaluates, known ones and new ones, some of them twice."""

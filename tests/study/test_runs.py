@@ -16,7 +16,6 @@ from pymoo_psi import (
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.analysis import even_part, sensitivities
 from pymoo_psi.files import read_table, write_table
-from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, Schema
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused, warned
@@ -97,17 +96,6 @@ def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
         assert read_table(tmp_path / name).equals(table), name
     assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
     assert len(model.calls) == 15  # the corner of both is one design
-
-
-def test_a_study_says_when_and_where_runs_began(model, study_file):
-    investigate(model, 4, study=study_file)
-    assert {*Study(study_file).facts().runs[0].record} >= {
-        "begun",
-        "host",
-        "python",
-        "numpy",
-        "pymoo-psi",
-    }
 
 
 @pytest.mark.parametrize("name", ["run", "test_point", "origin", "seconds"])

@@ -194,22 +194,6 @@ def test_what_failed_stays_failed(failed, formulations):
     assert {anew.reasons[n] for n in failed} <= {"it broke"}
 
 
-def test_every_column_stays_a_column():
-    table = beam_tests()
-    anew = table.under(
-        Formulation(
-            objectives=["gain", "gain per mass"], limits={"stress": 0.1, "width": (0.25, 0.75)},
-            omitted=["stress"], computed={"gain per mass": "gain / mass"},
-        )
-    )  # fmt: skip
-    assert anew.schema.outputs == ("heat", "mass", "stress")
-    assert anew.schema.constraints == ("bend", "volume")
-    assert anew.violations()[1] == ("bend", "volume", "0.25<=width<=0.75", "stress<=0.1")
-    for name in table.schema.names:
-        np.testing.assert_array_equal(anew.column(name), table.column(name))
-    assert all("0.25<=width<=0.75" in v for v in anew.to_frame()["violated"][X[:, 0] > 0.75])
-
-
 # Limits without a formulation
 
 
@@ -307,17 +291,6 @@ def test_positions_are_joined_in_any_order():
     assert [one["name"] for one in joined[0].positions] == ["Cy", "Ann", "Ann", "Ann", "Ben"]
 
 
-def test_the_order_of_positions_is_that_of_their_times():
-    dates = [
-        "", "2026-04-30T23:59", pd.Timestamp("2026-05-01"), "2026-05-01T11:00+02:00", "2026-05-01T09:30",
-        "2026-05-01T10:30+00:00", "2026-05-01T11:00:00.000Z",
-    ]  # fmt: skip
-    held = [{"name": "Ann", "date": date} for date in dates]
-    for positions in itertools.islice(itertools.permutations(held), 0, None, 97):
-        ordered = [one["date"] for one in Decision(positions=positions).positions]
-        assert ordered == list(map(str, dates))
-
-
 @pytest.mark.parametrize(
     "date", ["yesterday", "2026-13-01", "1 May 2026", "20260501", "2026-W18-5", "2026-02-30"]
 )
@@ -402,16 +375,6 @@ def test_units_of_a_decision_are_those_of_its_limits():
 
 
 TWO = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
-
-
-@pytest.mark.parametrize("pair", [[0.0, None], [2.0, 1.0]])
-def test_a_fixed_range_has_two_ends(pair):
-    refused(
-        "of finite numbers in increasing order",
-        TWO.under,
-        ranges={"f1": pair, "f2": [3.0, 4.0]},
-    )
-    assert TWO.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
 
 
 OFFERS = pd.DataFrame(

@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -223,6 +222,7 @@ OF_TABLES = (
         (lambda: PLAIN.with_outputs({"m": [1, 2]}).extended(PLAIN.with_notes({"m": ["x", "y"]})), ValueError, "got role of m output against note"),
         (lambda: TestTable.of([1], 0.5, [[1.0]]), TypeError, "X must be .* rows, mappings or a frame, got 0.5"),
         (lambda: PLAIN.under(ranges={"f1": (1, 0)}), ValueError, "the range of 'f1' must be a pair .* got \\(1, 0\\)"),
+        (lambda: PLAIN.under(ranges={"f1": (0, None)}), TypeError, "the range of 'f1' must be .* got \\(0, None\\)"),
         (lambda: PLAIN.take([]).row_of("A"), ValueError, "design must be the name of one design as a text, or the number .*, got 'A'"),
         (lambda: PLAIN.take([[True], [False]]), ValueError, "selection must be a mask or indices of rows"),
         (lambda: PLAIN.take([[0], [1]]), ValueError, "selection must be a mask or indices of rows, got shape"),
@@ -265,11 +265,6 @@ def test_designs_are_called_by_their_label(cells, names):
     table = PLAIN.with_notes({"id": cells}, "id")
     assert table.names == names
     assert table.best().names[0] in explain(table).sentences[0]
-
-
-def test_a_joined_table_has_the_facts_of_both():
-    other = replace(TestTable.of([3], [[0.0]], [[1.0, 2.0]], [[0.0]]), remarks=("from a file",))
-    assert PLAIN.extended(other).remarks == ("from a file",)
 
 
 @given(

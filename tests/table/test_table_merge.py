@@ -33,18 +33,17 @@ def test_parts_with_any_overlap_give_the_whole(n, data):
     assert first.merge(first).equals(first.merge(TestTable.empty()))
 
 
-def other_result(block):
+def other_result():
     table = run(8)
-    changed = {name: np.array(getattr(table, name)) for name in "XFG"}
-    changed[block][3] = -0.25
-    return TestTable.of(table.numbers, **changed, schema=SCHEMA)
+    X = np.array(table.X)
+    X[3] = -0.25
+    return TestTable.of(table.numbers, X, table.F, table.G, schema=SCHEMA)
 
 
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be the same for each number, got .* and -0.25 as x1 of test 4; do not join"),
-        (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test 4"),
+        (lambda: run(8).merge(other_result()), ValueError, "tests must be the same for each number, got .* and -0.25 as x1 of test 4; do not join"),
         (lambda: run(8).merge(run(8, 9, SCHEMA.changed(upper={"x2": 2.0}))), ValueError, "got upper of x2 1.0 against 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(SCHEMA, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
         (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "of one problem and formulation .* got formulation"),
@@ -70,9 +69,3 @@ def test_outputs_of_tests_of_one_design_are_joined():
     known = whole.take(whole.status != "failed")
     moved = replace(known, numbers=known.numbers + 8)
     assert len(whole.merge(moved)) == 8 + len(known)  # the same designs with the same results
-
-
-def test_values_of_other_types_are_not_the_same():
-    one, yes = (TestTable.of([1], [[value, "a"]], [[1.0]]) for value in (1, True))
-    assert one.merge(one).equals(one)
-    refused("X must hold integer values for x1, got True", one.merge, yes, error=TypeError)
