@@ -45,6 +45,7 @@ from ._schema import RUN as RUN
 from ._schema import TEST as TEST
 from ._schema import VARIABLE as VARIABLE
 from ._schema import added_columns as added_columns
+from ._schema import choice_texts as choice_texts
 from ._schema import column_names as column_names
 from ._schema import error_column as error_column
 from ._schema import free_name as free_name
@@ -57,7 +58,6 @@ from ._storage import FORMAT as FORMAT
 from ._storage import HEAD_ENTRY as HEAD_ENTRY
 from ._storage import MARK as MARK
 from ._storage import ROWS_ENTRY as ROWS_ENTRY
-from ._storage import choice_texts as choice_texts
 from ._storage import choice_values as choice_values
 from ._storage import columns_of as columns_of
 from ._storage import columns_of_designs as columns_of_designs

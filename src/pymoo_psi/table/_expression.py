@@ -65,7 +65,7 @@ _ARITHMETIC = (
     ast.UAdd,
     ast.USub,
 )
-_CONSTANTS = {"pi": np.float64(np.pi)}
+_CONSTANTS = {"pi": np.array(np.pi)}
 _OPERAND = re.compile(
     r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[^\W\d]\w*)|`(?P<quoted>(?:[^`]|``)+)`"
@@ -135,15 +135,14 @@ class Expression:
             ArgumentValueError: There is no such column.
             ArgumentTypeError: A column does not hold numbers.
         """
+        known = {**_CONSTANTS, **columns}
         values: Values = {"__builtins__": {}}
         for k, operand in enumerate(self.operands):
-            value: Any = operand
-            if isinstance(operand, str) and (operand in columns or operand not in _CONSTANTS):
-                known_name(f"a column of {self.text!r:.60}", operand, columns)
-                value = real_column(operand, columns[operand])
-            elif isinstance(operand, str):
-                value = _CONSTANTS[operand]
-            values[f"_{k}"] = value
+            values[f"_{k}"] = operand
+            if isinstance(operand, str):
+                if operand not in known:
+                    known_name(f"a column of {self.text!r:.60}", operand, columns)
+                values[f"_{k}"] = real_column(operand, known[operand])
         # Division by zero, logarithms below zero and overflow show in the values.
         with np.errstate(all="ignore"):
             result = eval(_code(self.plain), values)  # arithmetic alone, see `of`

@@ -404,10 +404,13 @@ class Schema:
         columns = []
         for name, kind in zip(self.variables, self.kinds, strict=True):
             cells = data[name]
-            if kind is Kind.CHOICE:
-                cells = np.fromiter(map(option_text, cells.tolist()), object)
-            columns.append(cells)
+            columns.append(choice_texts(cells) if kind is Kind.CHOICE else cells)
         return keys_of_designs(columns, self.kinds)
+
+
+def choice_texts(cells: AnyArray) -> AnyArray:
+    """Return the texts of the options that designs have chosen, see :func:`option_text`."""
+    return np.fromiter(map(option_text, cells.tolist()), object)
 
 
 def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:

@@ -23,7 +23,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import DTYPES, Kind, option_of, option_text
+from pymoo_psi._kinds import DTYPES, Kind, option_of
 from pymoo_psi._output import is_marked, whole_file
 from pymoo_psi._validation import AnyArray, Columns, Entries, FilePath, Head, Names, Values, invalid
 from pymoo_psi.table._decision import Decision
@@ -38,6 +38,7 @@ from pymoo_psi.table._schema import (
     VARIABLE,
     Column,
     Schema,
+    choice_texts,
     headings_of,
     result_columns,
 )
@@ -176,7 +177,7 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
         if column.role in (LABEL, NOTE):
             # A spreadsheet reads 7 as a number.
             for i, cell in enumerate(cells.tolist()):
-                if type(cell) is int and abs(cell) < 2**63:
+                if type(cell) is int:
                     columns[column.name][i] = cell
     results = result_columns(table.columns)
     columns[results["status"]] = table.status.astype(object)
@@ -201,11 +202,6 @@ def columns_of_designs(names: Names, kinds: Sequence[Kind], X: AnyArray) -> Colu
         else:
             columns[name] = column.astype(DTYPES[kind])
     return columns
-
-
-def choice_texts(cells: AnyArray) -> NDArray[np.object_]:
-    """Return the texts of the options that designs have chosen, see :func:`option_text`."""
-    return np.fromiter(map(option_text, cells.tolist()), object)
 
 
 def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:

@@ -285,6 +285,75 @@ class View:
             reasons[int(self.numbers[row])] = f"{name} is {self._columns[name][row]}"
         return reasons
 
+    def pareto(self) -> Mask:
+        """``(n,)`` which designs are Pareto optimal among the feasible ones.
+
+        Tests of the same design count once, by the first of them; see :attr:`repeats`.
+
+        Example:
+            Without a limit on f1 no design beats another; with one there are fewer to compare.
+
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1, 3], [2, 2], [3, 3]])
+            >>> table.pareto()
+            array([ True,  True, False])
+            >>> table.under(limits={"f1": 1.5}).pareto()
+            array([ True, False, False])
+        """
+        return self._front.copy()
+
+    @property
+    def repeats(self) -> Mask:
+        """``(n,)`` which tests repeat the design, the objectives and all texts of an earlier one.
+
+        PSI calls the model once for each design, and a Pareto set contains the first test only.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.repeats
+            array([False, False,  True])
+        """
+        return self._repeated(np.arange(len(self)))
+
+    @property
+    def ranked_as(self) -> Rows:
+        """``(n,)`` the row as which each test is ranked: of a repeated design, that of the first.
+
+        It is that of the first feasible one; a test that is not feasible is not ranked, and has its
+        own row.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.ranked_as
+            array([0, 1, 0])
+        """
+        result = np.arange(len(self))
+        rows = np.flatnonzero(self.feasible())
+        result[rows] = rows[self._firsts(rows)]
+        return result
+
+    def violations(self) -> tuple[Mask, tuple[str, ...]]:
+        """Return which constraints and limits each design violates, and their names.
+
+        Returns:
+            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
+            names, of limits as they are written. Rows of failed designs are False, and so are the
+            limits of designs that did not run because of a requirement.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
+            >>> mask, names = table.under(limits={"f1": 1.5}).violations()
+            >>> mask.tolist(), names
+            ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
+        """
+        texts = [limit.written(name) for name, limit in self.limits.items()]
+        mask = self._violated()
+        mask[self.failed()] = False
+        return mask, (*self.schema.constraints, *texts)
+
     @cached_property
     def _front(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among those that are ok, each once."""
