@@ -132,7 +132,6 @@ class Recorded(WithTable, WrappedProblem):
         self._store = StudyStore(
             self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)", recalls=False
         )
-        self._store.study.stays_open = True
         self._executor = Executor(self._model, options, together=True)
         self.returned: set[int] = set()
         self._evaluated: list[int] = []  # the numbers of the tests

@@ -142,18 +142,11 @@ class Database:
     Args:
         db: The connection.
         path: The file, for messages.
-        version: The version of the file, which changes when other connections change it.
     """
 
-    def __init__(self, db: sqlite3.Connection, path: str, version: int = -1) -> None:
+    def __init__(self, db: sqlite3.Connection, path: str) -> None:
         self.db = db
-        self.version = version
-        self._drop_block()
         self._path = path
-
-    def _drop_block(self) -> None:
-        """Drop the table of a block, as its columns may be others."""
-        self.db.execute("DROP TABLE IF EXISTS temp.block")
 
     # Facts
 
@@ -346,7 +339,7 @@ class Database:
         names = _with_names_in_sql(stored, columns_of_head(head))
         self._set("columns", names)
         self._columns = _columns_in_sql(self.head, names)
-        self._drop_block()
+        self.db.execute("DROP TABLE IF EXISTS temp.block")  # as its columns may be others
         for name, (sql, kind) in self._columns.items():
             if name not in stored:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")

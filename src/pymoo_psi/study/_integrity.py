@@ -69,9 +69,7 @@ def connected(path: str) -> sqlite3.Connection:
     # that must not be written as read-only. isolation_level=None: Python's module would
     # begin transactions by itself.
     uri = f"{Path(path).as_uri()}?mode=rw"
-    db = sqlite3.connect(
-        uri, uri=True, timeout=_PATIENCE, isolation_level=None, check_same_thread=False
-    )
+    db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
     try:
         db.executescript(_SETTINGS)
     except sqlite3.Error:  # it is no database

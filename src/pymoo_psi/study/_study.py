@@ -34,7 +34,6 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager
 from glob import escape, glob
@@ -50,7 +49,6 @@ from pymoo_psi._validation import (
     Head,
     Integers,
     Mask,
-    Values,
     identity_text,
     invalid,
     wrong_type,
@@ -78,8 +76,6 @@ from pymoo_psi.study._integrity import (
 
 # What is in such files is no study, and a study deletes those that it has beside it.
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
-# Connections that a fork has inherited: SQLite neither uses nor closes them there.
-_INHERITED: list[sqlite3.Connection] = []
 _ROUNDED = 1e-9  # the most by which machines may differ in a result, relative to the largest one
 
 
@@ -94,11 +90,9 @@ class Study:
     Attributes:
         path: The absolute path of the file.
         wait: Seconds to wait for other processes that are writing the study.
-        stays_open: Whether the file is open while this object lives, and not only in a context of
-            :meth:`writing`. That is faster for commits of single tests.
     """
 
-    _database: Database | None = None  # the open file
+    _id: str | None = None  # the study in use, as another file may take its place
 
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, os.PathLike)):
@@ -112,20 +106,6 @@ class Study:
                 "'pymoo-psi solve' reads tables by --from, and 'pymoo-psi export' writes them",
             )
         self.wait = wait
-        self.stays_open = False
-        self._id: str | None = None  # the study in use, as another file may take its place
-        self._threads = threading.RLock()  # one transaction at a time
-        self._file: tuple[int, ...] = ()  # the process that has opened it, and which file it is
-        self._n_writing = 0  # how many contexts keep it open
-
-    def __reduce__(self) -> tuple[type, tuple[str], Values]:
-        """Copies open the file anew."""
-        state = {"wait": self.wait, "stays_open": self.stays_open, "_id": self._id}
-        return Study, (self.path,), state
-
-    def __del__(self) -> None:
-        """Close the file."""
-        self._close()
 
     def begin(
         self,
@@ -194,26 +174,17 @@ class Study:
         for path in studies_in(folder):
             require_fellow(path, Study(path).facts(), facts)
 
-    @contextmanager
-    def writing(self, run: int = 1) -> Iterator[None]:
-        """Let no other process add to a run, and keep the file open.
+    def writing(self, run: int = 1) -> AbstractContextManager[None]:
+        """Return a context in which no other process can add to a run.
 
-        Without it, :meth:`append` does so for each block. It may be nested. Threads of this process
-        wait for one another. Other runs of the study can be added to meanwhile.
+        Without it, :meth:`append` does so for each block. It may be nested. Other runs of the study
+        can be added to meanwhile.
 
         Raises:
             StudyLockedError: Another process is writing. A killed process does not hold the lock.
             StudyAccessError: The folder cannot be written.
         """
-        with locked(self.path, run, self.wait):
-            with self._threads:
-                self._n_writing += 1
-            try:
-                yield
-            finally:
-                with self._threads:
-                    self._n_writing -= 1
-                    self._close_unused()
+        return locked(self.path, run, self.wait)
 
     def append(
         self,
@@ -303,26 +274,17 @@ class Study:
 
     @contextmanager
     def _transaction(self, begin: str) -> Iterator[Database]:
-        """Yield what is still the same study in a transaction; an error in the body undoes it."""
-        with self._threads, reported(self.path):
-            try:
-                database = self._begun(begin)
-                yield database
-                database.db.execute("COMMIT")
-            except BaseException:
-                self._close()  # undoes the changes; whatever went wrong, the file is opened anew
-                raise
-            self._close_unused()
+        """Yield what is still the same study in a transaction; an error in the body undoes it.
 
-    def _begun(self, begin: str) -> Database:
-        """Return the study in a new transaction; it is checked if others have changed the file."""
-        database = self._opened()
-        database.db.execute(begin)
-        (version,) = database.db.execute("PRAGMA data_version").fetchone()
-        if version != database.version or self._id is None:
-            database = Database(database.db, self.path, version)
+        The file is open for no longer, so that it may be moved, and a fork inherits no connection.
+        """
+        if not os.path.isfile(self.path):
+            raise StudyAccessError(f"study {self.path} does not exist; check the name")
+        with reported(self.path), closing(connected(self.path)) as db:
+            db.execute(begin)
+            database = Database(db, self.path)
             with intact(self.path):
-                require_study(database.db, self.path)
+                require_study(db, self.path)
                 stored_id = database.get("id")
             if self._id not in (None, stored_id):
                 raise StudyMismatchError(
@@ -331,37 +293,8 @@ class Study:
                     "back, or run again to continue this one"
                 )
             self._id = stored_id
-            self._database = database
-        return database
-
-    def _opened(self) -> Database:
-        """Return the open study; a fork opens it anew, and so does a file that took its place."""
-        if not os.path.isfile(self.path):
-            raise StudyAccessError(f"study {self.path} does not exist; check the name")
-        state = os.stat(self.path)
-        file = os.getpid(), state.st_dev, state.st_ino
-        if self._file != file:
-            self._close()
-        if self._database is None:
-            self._database = Database(connected(self.path), self.path)
-            self._file = file
-        return self._database
-
-    def _close_unused(self) -> None:
-        """Close the file, unless it is kept open."""
-        if self._n_writing == 0 and not self.stays_open:
-            self._close()
-
-    def _close(self) -> None:
-        """Close the file, unless a fork has inherited it: there SQLite must not touch it."""
-        if self._database is None:
-            return
-        db = self._database.db
-        self._database = None
-        if self._file[0] != os.getpid():
-            _INHERITED.append(db)
-        else:
-            db.close()  # changes that are not committed are undone
+            yield database
+            db.execute("COMMIT")
 
 
 def studies_in(folder: FilePath) -> list[str]:
