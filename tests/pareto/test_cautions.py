@@ -139,10 +139,10 @@ def test_outliers_are_noticed_however_many(n):
 def test_an_objective_over_decades_gets_its_logarithm():
     """The column to compute is written out; with it the named design is the optimum."""
     x = lp_tau(60, 2, first=2)[:, 0]
-    frame = pd.DataFrame({"cost = `life`": 10 ** (2 + 6 * x), "f2": (1 - x) ** 0.8})
+    frame = pd.DataFrame({"cost `life`": 10 ** (2 + 6 * x), "f2": (1 - x) ** 0.8})
     text = said(frame, "decades")
-    assert "compute 'log_cost _ `life`=log10(`cost = ``life```)'" in text
-    by_logarithm = frame.assign(**{"cost = `life`": 2 + 6 * x})
+    assert "compute 'log_cost `life`=log10(`cost ``life```)'" in text
+    by_logarithm = frame.assign(**{"cost `life`": 2 + 6 * x})
     assert f"design {rank_of_efficiency(by_logarithm).salukvadze[0]} is proposed" in text
     assert "decades" not in kinds(by_logarithm)
 

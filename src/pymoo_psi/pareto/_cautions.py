@@ -241,7 +241,7 @@ class _Checks:
             others = column[~is_unlike]
             yield _caution(
                 "suspect",
-                designs=capital(self.names_of(self.optimal_first(is_unlike))),
+                designs=capital(self.names_of(np.flatnonzero(is_unlike))),
                 objective=self.names[j],
                 values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
                 low=number(others.min()),
@@ -283,11 +283,6 @@ class _Checks:
             is_unlike = (column <= low) | (column >= high)
         return is_unlike
 
-    def optimal_first(self, mask: Mask) -> Rows:
-        """Return the rows of the ranking that a mask selects, the Pareto-optimal ones first."""
-        rows = np.flatnonzero(mask)
-        return rows[np.argsort(~self.ranking.pareto[rows], kind="stable")]
-
     def near_front(self) -> Rows:
         """Return the Pareto-optimal designs, and those that would be without these."""
         dominated = np.flatnonzero(~self.ranking.pareto)
@@ -315,10 +310,9 @@ class _Checks:
             end = "best"
             if objectives.sign[j] < 0:
                 end = "worst"
-            column = f"log_{name}".replace("=", "_")  # the first "=" ends it
             yield _caution(
                 "decades",
-                f"{column}=log10({operand(name)})",
+                f"log_{name}=log10({operand(name)})",
                 objective=name,
                 decades=f"{np.log10(values.max() / values.min()):.0f}",
                 share=percent(crowd),
@@ -413,11 +407,8 @@ class _Checks:
         worst = "the worst"
         if not is_last[is_worst].all():
             worst = "nearly the worst"
-        # The first by place that is better there; place 2 may be worse still.
-        gains = self.d[self.best] - self.d
-        is_better = (gains > EDGE * lengths)[:, is_worst].all(axis=1)
-        is_compromise = ~are_worst[:, self.varying].any(axis=1)
-        better = np.flatnonzero(is_better & is_compromise)
+        # The first by place that is nowhere among the worst; place 2 may be worse still.
+        better = np.flatnonzero(~are_worst[:, self.varying].any(axis=1))
         following = ""
         if len(better):
             places = self.ranking.place[self.rows[better]]
@@ -453,7 +444,7 @@ class _Checks:
             # On the present front, or on that without those which are left out before.
             left_out = is_unlike.copy()
             left_out[is_unlike] = ~dominated_by(F[is_unlike], F[optimal])
-            yield self.optimal_first(left_out), optimal
+            yield np.flatnonzero(left_out), optimal
 
     def without(self, left_out: Rows, rows: Rows) -> tuple[float, Caution]:
         """Return how far the optimum moves without some designs, and the caution.
@@ -462,14 +453,10 @@ class _Checks:
             left_out: The rows of these designs in the ranking.
             rows: The other rows that may be Pareto optimal without them.
         """
-        if self.ranking.pareto.take(rows).all():
-            others = np.searchsorted(self.rows, rows)
-            F = self.values.T.take(others, axis=1).T
-        else:
-            F = self.ranking.objectives.minimized.take(rows, axis=0)
-            optimal = nondominated(F)
-            rows = rows[optimal]
-            F = without_rounding(F[optimal])
+        F = self.ranking.objectives.minimized.take(rows, axis=0)
+        optimal = nondominated(F)
+        rows = rows[optimal]
+        F = without_rounding(F[optimal])
         optima, frame = nearest_of_front(F, self.ranking.frame)
         # The shortest move from an optimum before to one after.
         steps = np.abs(F[optima, None] - self.values[self.optima]) / frame.lengths

@@ -446,13 +446,12 @@ def _explanation_of(
     front = np.flatnonzero(ranking.pareto)
     values = _values(ranking, np.append(row, front))
     own = values[:1]
-    optimal = values[1:]
     behind = ranking.frame.behind(own)
     # The Pareto set as seen from the design.
-    gains = own - optimal
+    gains = own - values[1:]
     steps = gains / ranking.lengths
     losses = np.fmax(-steps, 0).max(axis=1)
-    distances = np.sqrt((steps**2).sum(axis=1))
+    distances = np.linalg.norm(steps, axis=1)
     distances[np.isnan(distances)] = np.inf
     neighbours = np.full(len(ranking.lengths), -1)
     for j, gain in enumerate(gains.T):
@@ -461,14 +460,14 @@ def _explanation_of(
         if len(far):
             better = far
         if len(better):
-            candidates = _least(better, losses, distances)
-            neighbours[j] = front[candidates[optimal[candidates, j].argmin()]]
+            nearest = _least(better, losses, distances)
+            neighbours[j] = front[nearest[gain[nearest].argmax()]]
     dominated_by = -1
     if not ranking.pareto[row]:
         # The least loss need not be 0: a value in a chain of close ones may be in another group
         # here than among all designs, where the dominance was found.
-        candidates = np.flatnonzero(losses == losses.min())
-        dominated_by = int(front[_least(candidates, distances)[0]])
+        dominating = np.flatnonzero(losses == losses.min())
+        dominated_by = int(front[_least(dominating, distances)[0]])
     others = dict.fromkeys(neighbours[neighbours >= 0].tolist())
     return Explanation(
         ranking=ranking,

@@ -122,12 +122,7 @@ class Preferences(Shown):
         self._weighted: Rows = weighted[has_weight]
         self._terms: Array = terms[:, has_weight]
         self._weights = _weights_by_order(p, len(self._weighted), factor)
-        # What can be proposed: the designs that are the best for some weights, of equal ones one.
-        best = []
-        for order, weights in self._weights.items():
-            best.append(nearest_designs(self._terms, weights, order, 1)[:, 0])
-        candidates = np.unique(first_of(map(bytes, self._terms))[np.concatenate(best)])
-        self._rows: Rows = self._front[candidates]
+        self._rows: Rows = self._front[_best_for_some(self._terms, self._weights)]
         self._least = self._distances(self._rows).min(axis=1, keepdims=True)
         some = self._front[:: -(-len(self._front) // _N_AVERAGED)]
         average = self._distances(some).mean(axis=1, keepdims=True)
@@ -177,7 +172,7 @@ class Preferences(Shown):
         """Return the row of the proposal, and its expected value."""
         rows, values = self._proposals()
         expected = _of_unbeaten(self._chances[-1] @ values, rows, self._preferred)
-        best = _first_greatest(expected)
+        best = int((expected >= expected.max() - _TIE).argmax())
         return int(rows[best]), float(expected[best])
 
     @property
@@ -433,6 +428,14 @@ def _weights_by_order(p: float, m: int, factor: float | None) -> dict[float, Arr
     return dict(zip([*others, p], parts, strict=True))
 
 
+def _best_for_some(terms: Array, weights_by_order: dict[float, Array]) -> Rows:
+    """Return which designs are the best for some weights, of equal ones the first."""
+    best = []
+    for order, weights in weights_by_order.items():
+        best.append(nearest_designs(terms, weights, order, 1)[:, 0])
+    return np.unique(first_of(map(bytes, terms))[np.concatenate(best)])
+
+
 _TRADES = {">": "rather", "=": "as good"}  # the templates
 
 
@@ -455,8 +458,3 @@ def _below(row: int, preferred: list[tuple[int, int]]) -> list[int]:
     for one in below:
         below += [worse for better, worse in preferred if better == one and worse not in below]
     return below
-
-
-def _first_greatest(values: Array) -> int:
-    """Return the position of the first one of the greatest values."""
-    return int((values >= values.max() - _TIE).argmax())

@@ -666,10 +666,6 @@ def _frame(
     if (N < U).any():
         received = Received(f"{objectives.original(N)} and {objectives.original(U)}")
         raise invalid("nadir", "no better than the ideal", received, "leave both out")
-    with np.errstate(over="ignore"):  # an infinite range would count as none
-        if not np.isfinite(N - U).all():
-            remedy = "leave out designs with values near the largest number"
-            raise invalid("F", "of finite range", Received(f"{U} to {N}"), remedy)
     return UtopianFrame(U, N, normalize, is_fixed=ideal is not None or nadir is not None)
 
 
