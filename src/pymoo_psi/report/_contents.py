@@ -117,12 +117,9 @@ class Choice:
             self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
         self.cautions = tuple(f"{subject}: {caution}" for caution in self._cautions)
         written = [table.take(~table.feasible() & ~table.failed())]
-        # By name and values, as the rows of two files have the same names.
-        self._existing: list[Any] = []
         if prototype is not None:
             written.append(prototype)
             self._beside.append(("present design", prototype))
-            self._existing = [*zip(prototype.names, prototype.F.tolist(), strict=True)]
         formats = number_formats(table, *written)
         self.formats = {name: replace(of, minus="−") for name, of in formats.items()}
 
@@ -139,13 +136,11 @@ class Choice:
         limits = within_limits(self.table)
         if n == 1:
             return f"The only design{limits}."
-        best = self.explanation.best_in
+        text = "The nearest to the best values of all objectives"
         if (self.explanation.neighbours < 0).all():
             text = "The best in every objective"
-        elif best:
-            text = f"The best in {_few(best)}"
-        else:
-            text = "The nearest to the best values of all objectives"
+        elif self.explanation.best_in:
+            text = f"The best in {_few(self.explanation.best_in)}"
         text = f"{text} among the {counted(n, 'design')}{limits}."
         if any(caution.kind == "tie" for caution in self._cautions):  # it says so
             return text
@@ -153,10 +148,7 @@ class Choice:
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
-        text = self.formats[name].text(value)
-        if value != 0 and not re.search("[1-9∞]", text):  # too small a difference for the column
-            text = number(value, 2)
-        return _with_unit(self.table, name, text)
+        return _with_unit(self.table, name, self.formats[name].text(value))
 
     # The values
 
@@ -303,8 +295,6 @@ class Choice:
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word
-        if (self.table.names[row], self.table.F[row].tolist()) in self._existing:
-            return "present design"
         if self.ranking.pareto[ranked]:
             return ""
         other = explain(self.ranking, row=ranked).dominated_by
@@ -400,8 +390,8 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     if excess.min() == 0:  # some are within it
         return ""
     value = table.column(name)[excess.argmin()]
-    nearest = _cell(value)
-    if isinstance(value, float) and np.isfinite(value):
+    nearest = str(value)
+    if isinstance(value, float):
         nearest = text_beyond(value, limit)
     return f"The nearest value is {_with_unit(table, name, nearest)}."
 
@@ -428,8 +418,10 @@ def _without(choice: Choice, cost: pd.Series[Any]) -> Iterator[str]:
         now = cost[f"{objective}_feasible"]
         free = cost[f"{objective}_alone"]
         if (now - free) * sign > 0:
-            texts = [choice.amount(objective, value) for value in (free, now)]
-            gains.append(f"the best {objective} is {texts[0]} instead of {texts[1]}")
+            best = choice.amount(objective, free)
+            gains.append(
+                f"the best {objective} is {best} instead of {choice.amount(objective, now)}"
+            )
     if gains:
         yield f"Without it {_few(gains)}."
 
@@ -463,8 +455,6 @@ def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
     reasons = alike(table.reasons.values())
-    if table.schema.words["row"] == "design":
-        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
     rows = []
     for reason, count in Counter(reasons).most_common(_REASONS):
         first = tests[reasons.index(reason)]

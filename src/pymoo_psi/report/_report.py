@@ -8,22 +8,13 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
-from pymoo_psi import __version__, plots
+from pymoo_psi import __version__, analysis, pareto, plots
 from pymoo_psi._numbers import decimal_mark, number
 from pymoo_psi._output import Document
-from pymoo_psi._validation import Names, Received, collection, counted, invalid
-from pymoo_psi.analysis import (
-    beyond_limits,
-    confidence_sentences,
-    counts_sentence,
-    decision_sentences,
-    failure_sentences,
-    none_left_reason,
-    separation_sentences,
-)
+from pymoo_psi._validation import Names, collection, counted
 from pymoo_psi.files import read_table
 from pymoo_psi.page import existing_designs, fonts
-from pymoo_psi.pareto import EfficiencyRanking, listed, measured_in, weights_sentence
+from pymoo_psi.pareto import EfficiencyRanking, ranked_row
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import TestTable
@@ -96,14 +87,8 @@ class DecisionReport(Document):
                 data=table,
                 contents=_contents,
                 choice=self._choice,
-                chance=confidence_sentences,
-                weights_of=weights_sentence,
-                measured_in=measured_in,
-                separations=separation_sentences(table),
-                decided=decision_sentences(table),
-                failures=failure_sentences(table),
-                counts=counts_sentence(table),
-                none_left=none_left_reason,
+                analysis=analysis,
+                pareto=pareto,
                 version=__version__,
                 counted=counted,
                 number=number,
@@ -153,18 +138,12 @@ def decision_report(
     if not isinstance(table, TestTable):
         table = read_table(table, drop_incomplete=True)
         about = (*about, *table.remarks)
-    if len(table) == 0 or not table.schema.objectives:
-        raise invalid("the table", "one with tests and objectives", Received(repr(table)))
     eligible = table.feasible()
     chosen = table.decision.chosen
-    if design is not None:
-        row = table.row_of(design)
-        if not eligible[row]:
-            remedy = "it has failed"
-            if not table.failed()[row]:
-                remedy = f"it is beyond {listed([*beyond_limits(table, row).values()])}"
-            raise invalid("design", "the number or label of a feasible test", design, remedy)
-        chosen = table.names[int(table.ranked_as[row])]
+    if design is not None and eligible.any():
+        ranking = table.feasible_ranking()
+        row = ranked_row("design", table.row_of(design), table, ranking)
+        chosen = table.names[ranking.rows[row]]
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
         chosen = None
     if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
