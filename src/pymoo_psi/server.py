@@ -42,7 +42,7 @@ from pymoo_psi.analysis import alike
 from pymoo_psi.errors import PsiError
 from pymoo_psi.files import stored_tests
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
-from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
+from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
 from pymoo_psi.table import Decision, TestTable
 
 if TYPE_CHECKING:
@@ -219,13 +219,11 @@ class GrowingStudy:
         try:
             received = json.loads(content)
             action, name = received["action"], str(received["name"])
-        except (ValueError, TypeError, LookupError, RecursionError):
+        except (ValueError, TypeError, LookupError):
             raise PsiError("a request must be JSON with an action and a name") from None
         known_name("action", action, ACTIONS)
         if action not in LASTING and not _is_alive(*self._facts.process):
             raise PsiError("no run is at work; its command continues it")
-        if action == "more":
-            further_tests(received.get("count"))
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
@@ -249,40 +247,38 @@ def _application(growing: GrowingStudy, token: str) -> ASGIApp:
     """Return the application, whose addresses begin with the token."""
     from starlette.applications import Starlette
     from starlette.concurrency import run_in_threadpool
+    from starlette.exceptions import HTTPException
     from starlette.middleware import Middleware
     from starlette.middleware.trustedhost import TrustedHostMiddleware
-    from starlette.responses import HTMLResponse, PlainTextResponse, StreamingResponse
+    from starlette.responses import HTMLResponse, PlainTextResponse, Response, StreamingResponse
     from starlette.routing import Mount, Route
 
-    def answer(text: str, code: int) -> Response:
-        return PlainTextResponse(text, code, headers=_HEADERS)
-
-    async def page(_: Request) -> Response:
-        text = await run_in_threadpool(growing.page)
+    def page(_: Request) -> Response:
+        text = growing.page()
         if not text:
             lines = "<br>".join(map(escape, growing.progress["lines"]))
             text = f"<meta http-equiv=refresh content=1>There is no feasible design yet.<br>{lines}"
-        return HTMLResponse(text, headers=_HEADERS)
+        return HTMLResponse(text)
 
     async def events(request: Request) -> Response:
         place = request.headers.get("last-event-id") or request.query_params.get("from", "")
         edition, _, position = place.partition("-")
         if not position.isdecimal() or _is_foreign(request):
-            return answer("No position, or of another origin.", 403)
+            raise HTTPException(403, "No position, or of another origin.")
         content = growing.events(edition, int(position))
-        return StreamingResponse(content, media_type="text/event-stream", headers=_HEADERS)
+        return StreamingResponse(content, media_type="text/event-stream")
 
     async def steering(request: Request) -> Response:
         length = request.headers.get("content-length", "")
         if _is_foreign(request):
-            return answer("The request is of another origin.", 403)
+            raise HTTPException(403, "The request is of another origin.")
         if not length.isdecimal() or int(length) > _LONGEST:
-            return answer("The request is too long.", 413)
-        try:
-            await run_in_threadpool(growing.steer, await request.body())
-        except PsiError as error:
-            return answer(str(error), 400)
-        return answer("", 200)
+            raise HTTPException(413, "The request is too long.")
+        await run_in_threadpool(growing.steer, await request.body())
+        return Response()
+
+    def refused(_: Request, error: Exception) -> Response:
+        return PlainTextResponse(str(error), 400)
 
     routes = [
         Route("/", page),
@@ -291,7 +287,11 @@ def _application(growing: GrowingStudy, token: str) -> ASGIApp:
     ]
     # A browser may take another site for this one, by a name that leads to this address.
     own_host = Middleware(TrustedHostMiddleware, allowed_hosts=[_HOST, "localhost"])
-    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[own_host])
+    return Starlette(
+        routes=[Mount(f"/{token}", routes=routes)],
+        middleware=[own_host],
+        exception_handlers={PsiError: refused},
+    )
 
 
 def _is_foreign(request: Request) -> bool:
@@ -349,6 +349,7 @@ def serve(
         application,
         log_level="critical",
         lifespan="off",
+        headers=[*_HEADERS.items()],
         timeout_graceful_shutdown=1,
     )
     say(f"http://{_HOST}:{listening.getsockname()[1]}/{token}/")
