@@ -140,10 +140,6 @@ def test_mistakes(change, message):
     refused(message, page_of_beams, **change)
 
 
-def test_a_path_is_no_formulation_of_a_page():
-    refused("formulation .* got 'r.html'; .*save", decision_page, beams(), "r.html")
-
-
 @pytest.mark.parametrize(
     ("values", "ends", "log"),
     [

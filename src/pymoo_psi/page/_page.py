@@ -15,7 +15,7 @@ from typing import Any
 
 from pymoo_psi._names import name_of, named_as
 from pymoo_psi._output import Document
-from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name, wrong_type
+from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences, failure_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page._payload import payload, roles, values_of
@@ -181,11 +181,6 @@ def decision_page(
         >>> page, page.table.best().names
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
-    if isinstance(formulation, str):
-        rule = "a Formulation, a Decision or a list of names of objectives"
-        raise wrong_type(
-            "formulation", rule, formulation, "decision_page(...).save(path) writes it"
-        )
     if formulation is not None and not isinstance(formulation, (Formulation, Decision)):
         formulation = Formulation(formulation)
     table = _limited_by_name(read_table(source, formulation, drop_incomplete=True))

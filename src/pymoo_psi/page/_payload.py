@@ -308,8 +308,6 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
     Args:
         values: ``(n,)`` finite values.
     """
-    if len(values) == 0:
-        return 0.0, 0.0, False
     low, high = _ends(without_outliers(values))
     if low <= 0 or high < 10**_DECADES * low:
         return low, high, False

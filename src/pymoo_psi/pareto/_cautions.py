@@ -22,7 +22,6 @@ from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import (
     dominated_by,
     nondominated,
-    order_of,
     unit_lengths,
     without_rounding,
 )
@@ -268,13 +267,12 @@ class _Checks:
             column: ``(n,)`` its values for all designs, in the original direction.
         """
         is_unlike = np.zeros(len(column), dtype=bool)
-        order = order_of(column)
-        usual = _distinct(column.take(order[self.ranking.pareto.take(order)]))
+        usual = np.unique(column[self.rows])
         if len(usual) <= _OTHERS:  # too few to show what is usual
-            usual = np.unique(column.take(self.near_front()))
+            usual = np.unique(column[self.near_front()])
         if len(usual) <= _OTHERS:
             return is_unlike
-        every = _distinct(column.take(order))
+        every = np.unique(column)
         low = -_first_unlike(-usual[::-1], -every[::-1])
         high = _first_unlike(usual, every)
         if usual[0] == -1 and usual[1] > 0:  # a code among positive values
@@ -490,11 +488,6 @@ def originals(d: Array) -> Rows:
         differences = np.sqrt(np.mean((d.T - column) ** 2, axis=1))
         first.append((differences <= SAME).argmax())
     return np.array(first, dtype=np.intp)
-
-
-def _distinct(ordered: Array) -> Array:
-    """Return the different ones of ``(n,)`` increasing values, n >= 1."""
-    return np.asarray(ordered[np.append(True, ordered[1:] > ordered[:-1])])
 
 
 def _first_unlike(values: Array, all_values: Array) -> float:

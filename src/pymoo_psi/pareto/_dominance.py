@@ -25,9 +25,7 @@ _SLABS = 20
 _READ = 1000  # designs; of more, nobody compares all
 _PAIRS = 1_000_000  # that are compared at once: a few megabytes
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
-_LARGE = 5_000  # rows from which on a sort in two steps is worth it
 _COMPARED = 1000  # designs by which it is judged which objectives conflict
-_BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
 _WORST = np.iinfo(np.intp).max
 
@@ -155,7 +153,7 @@ def _nondominated_in_slabs(F: Array) -> Mask:
     or in one before, where all rows are better in the first objective. Of these the front of the
     other three is enough.
     """
-    order = order_of(F[:, 0])
+    order = np.argsort(F[:, 0])
     F = F.take(order, axis=0)
     # Whole numbers in the place of the first objective: 0 is below all.
     first = np.cumsum(np.append(True, F[1:, 0] > F[:-1, 0]))
@@ -246,28 +244,13 @@ def without_rounding(F: Array) -> Array:
 
 
 def _column_without_rounding(column: Array) -> Array:
-    ordered = column[order_of(column)]
+    ordered = np.sort(column)
     starts = _starts(ordered, NOISE * np.abs(ordered))
     differs = ordered[1:] > ordered[:-1]
     if not np.any(differs & ~starts[1:]):
         return column
     least = ordered[starts]
     return least[np.searchsorted(least, column, side="right") - 1]
-
-
-def order_of(values: Array) -> Rows:
-    """Return the rows of ``(n,)`` values in increasing order, n >= 1.
-
-    Many are first brought near their places, by a radix sort of their shares of the range: merge
-    sort then takes a fifth of the time.
-    """
-    if len(values) < _LARGE:
-        return np.argsort(values, kind="stable")
-    low = values.min()
-    with np.errstate(all="ignore"):  # shares of no range, or an infinite one, bring none near
-        shares = (values - low) * (_BUCKETS / (values.max() - low))
-        near = np.argsort(shares.astype(np.uint16), kind="stable")
-    return near[np.argsort(values[near], kind="stable")]
 
 
 def levels(values: Array, tolerance: float) -> Levels:
@@ -281,7 +264,7 @@ def levels(values: Array, tolerance: float) -> Levels:
     Returns:
         ``(n,)`` integers in the order of the values.
     """
-    order = order_of(values)
+    order = np.argsort(values)
     starts = _starts(values[order], tolerance)
     numbers = np.empty(len(values), dtype=np.intp)
     numbers[order] = np.cumsum(starts) - 1
