@@ -87,21 +87,3 @@ def test_a_single_optimum_is_best_for_all_weights():
 )
 def test_wrong_arguments_are_refused_by_name(wrong):
     refused(f"^{next(iter(wrong))} must be", acceptability, TWO, error=ArgumentValueError, **wrong)
-
-
-@pytest.mark.parametrize(("m", "factor"), [(16, 1.1), (24, 1.5)])
-def test_weights_within_a_small_factor_of_many_objectives_are_uniform(m, factor):
-    """All weights but one are drawn within the factor, and those whose last one is, too, count."""
-    rng = np.random.default_rng(1)
-    # Designs that are about equally good by equal weights.
-    F = np.array([np.roll(np.tile(np.linspace(0, 1, 8), m // 8), k) for k in range(8)])
-    F += 0.02 * rng.random((8, m)) * (np.arange(8)[:, None] - 4) * (factor - 1)
-    free = rng.random((150_000, m - 1))
-    last = m / (factor + 1) - free.sum(axis=1)
-    free = np.column_stack([free, last])[(last >= 0) & (last <= 1)]
-    weights = (1 / factor + (factor - 1 / factor) * free) / m
-    d = (F - F.min(axis=0)) / np.ptp(F, axis=0)
-    nearest = (weights**2 @ d.T**2).argmin(axis=1)
-    shares = np.bincount(nearest, minlength=len(F)) / len(nearest)
-    assert np.abs(acceptability(F, factor=factor)[:, 0] - shares).max() < 0.03
-    assert np.ptp(shares) > 0.05

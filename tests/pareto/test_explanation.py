@@ -187,13 +187,13 @@ def test_a_design_goes_by_label_or_number(source, design, row):
         (LETTERS, 1, "design must be the name .* as a text, .* got 1"),
         (LETTERS, "C", "the name of one design as a text, .* got 'C'"),
         (LETTERS, "D", "the name of one design as a text, .* got 'D'"),
-        (INTEGERS, 3, "as a text, such as '3', .* got 3"),
+        (INTEGERS, 3, "as a text, .* got 3; of labelled"),
         (PLAIN, 3, "the name of one design as a text, .* the number of a test, or row, got 3"),
         (PLAIN, 10, "be a feasible .* infeasible; violations"),
         (LABELLED, "A", "be a feasible .* infeasible; violations"),
         (LABELLED, "F", "design must be"),
         (NUMBERED, 14, "of labelled designs give the name"),
-        (REVERSED, 12, "such as 'name 14', .* got 12; .* give the name, or row="),
+        (REVERSED, 12, "got 12; .* give the name, or row="),
         (REVERSED, "1", "the name of one design"),  # no label, though the number of a test
     ],
 )

@@ -5,7 +5,6 @@ import json
 import os
 import re
 import signal
-import socket
 import stat
 import subprocess
 import sys
@@ -288,18 +287,6 @@ def test_more_tests_than_a_run_can_have_are_refused(tested):
     GrowingStudy(tested, steer=True).steer(json.dumps(request).encode())
     assert len(investigate(BNH, 9, study=tested)) == 9
     assert "refused: count" in steering_answers(tested)[0]
-
-
-@pytest.mark.slow
-def test_idle_connections_keep_nobody_off(tested):
-    with live(tested) as view, ExitStack() as strangers:
-        address = urlsplit(view.address)
-        for k in range(200):
-            connection = socket.create_connection((address.hostname, address.port))
-            strangers.enter_context(connection)
-            connection.send([b"", b"GET / HTTP/1.1", b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"][k % 3])
-        for _ in range(3):
-            assert answer(view, "HOME") == 200
 
 
 @pytest.mark.slow

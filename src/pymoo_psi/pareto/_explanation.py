@@ -10,7 +10,7 @@ greatest loss in another objective, in units of the ranges, is the least.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,8 +125,7 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).changes(1)
             (['f1 1 lower'], ['f2 5 higher'])
         """
-        better, worse = self._sides(k)
-        return self._changes(k, better), self._changes(k, worse)
+        return self._sides(k, self._change)
 
     def losses(self, k: int) -> list[str]:
         """Return the losses of the k-th design compared, each with its share of the range.
@@ -135,12 +134,7 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).losses(1)
             ['f2 5 higher (62 %)']
         """
-        _, worse = self._sides(k)
-        texts = self._changes(k, worse)
-        for i, share in enumerate(-self.shares[k, worse]):
-            if within_range(share):
-                texts[i] += f" ({percent(share)})"
-        return texts
+        return self._sides(k, self._change_and_share)[1]
 
     def amounts(self, k: int) -> tuple[str, str]:
         """Return what the k-th design compared gains against the first, and what it gives up.
@@ -149,29 +143,34 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).amounts(1)
             ('1 of f1', '5 of f2')
         """
-        better, worse = self._sides(k)
-        return self._amounts(k, better), self._amounts(k, worse)
+        better, worse = self._sides(k, self._quantity)
+        return listed(better), listed(worse)
 
-    def _amounts(self, k: int, objectives: Rows) -> str:
-        """Return how much of objectives the k-th design gains or loses: "1 kg of mass"."""
-        names = self.ranking.objectives.names
-        amounts = []
-        for j in objectives:
-            amounts.append(f"{_amount(self.ranking, j, self.gains[k, j])} of {names[j]}")
-        return listed(amounts)
+    def _sides(self, k: int, text: Callable[[int, int], str]) -> tuple[list[str], list[str]]:
+        """Return texts on the objectives in which the k-th design gains, and in which it loses.
 
-    def _changes(self, k: int, objectives: Rows) -> list[str]:
-        """Return by how much objectives of the k-th design differ from those of the first."""
-        return [change_of(self.ranking, j, -self.gains[k, j]) for j in objectives]
-
-    def _sides(self, k: int) -> tuple[Rows, Rows]:
-        """Return in which objectives the k-th design gains, and in which it loses, the most first.
-
-        By the shares of the ranges.
+        The greatest changes are first, by the shares of the ranges.
         """
         order = by_size(np.abs(self.shares[k]))
         gains = self.gains[k, order]
-        return order[gains > 0], order[gains < 0]
+        return [text(k, j) for j in order[gains > 0]], [text(k, j) for j in order[gains < 0]]
+
+    def _change(self, k: int, j: int) -> str:
+        """Return by how much an objective of the k-th design differs from that of the first."""
+        return change_of(self.ranking, j, -self.gains[k, j])
+
+    def _change_and_share(self, k: int, j: int) -> str:
+        """Return the same with the share of the range."""
+        text = self._change(k, j)
+        share = abs(self.shares[k, j])
+        if within_range(share):
+            text += f" ({percent(share)})"
+        return text
+
+    def _quantity(self, k: int, j: int) -> str:
+        """Return how much of an objective the k-th design gains or loses: "1 kg of mass"."""
+        amount = _amount(self.ranking, j, self.gains[k, j])
+        return f"{amount} of {self.ranking.objectives.names[j]}"
 
 
 def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:

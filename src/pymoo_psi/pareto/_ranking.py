@@ -228,7 +228,7 @@ class Objectives:
         matrix = F
         if kind == "frame":
             matrix = _numbers(F)
-        elif kind == "result" and hasattr(F, "F"):  # an algorithm has none
+        elif kind == "result":
             matrix = _objectives_of_result(F)
         values = objective_matrix("F", matrix).copy()
         n, m = values.shape
@@ -333,10 +333,7 @@ def row_of_design(design: int | str, numbers: Iterable[int], *names: Iterable[An
         texts = list(map(str, group))
         if texts.count(str(design)) == 1:
             return texts.index(str(design))
-    example = ""
-    for name in [*names[0]][:1]:  # a table without rows has none
-        example = f", such as {str(name)!r}"
-    rule = f"the name of one design as a text{example}, or the number of a test, or row"
+    rule = "the name of one design as a text, or the number of a test, or row"
     raise invalid("design", rule, design, remedy)
 
 
@@ -740,9 +737,7 @@ def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:
     """Return the Pareto-optimal rows, and their objectives, minimised, without rounding noise."""
     front = np.flatnonzero(ranking.pareto)
     objectives = ranking.objectives
-    values = without_rounding(objectives.values.take(front, axis=0) * objectives.sign)
-    # By columns, as most of what is done with them is: with rows of few values NumPy is slow.
-    values = np.asfortranarray(values)
+    values = without_rounding(objectives.values[front] * objectives.sign)
     values.setflags(write=False)
     return front, values
 

@@ -50,15 +50,12 @@ def farthest_first(F: Array, start: list[Any], size: int) -> tuple[Rows, Rows, A
         point, the first of equally near ones; ``(n,)`` the distance to it.
     """
     chosen = list(start)
-    columns = np.ascontiguousarray(F.T)
     nearest = np.full(len(F), np.inf)  # squared distances to the owners
     owner = np.zeros(len(F), dtype=np.intp)
     for i in range(size):
         if i == len(chosen):
             chosen.append(nearest.argmax())
-        squares = np.zeros(len(F))
-        for column in columns:  # a column at a time: no (n, m) array in every step
-            squares += (column - column[chosen[i]]) ** 2
+        squares = ((F - F[chosen[i]]) ** 2).sum(axis=1)
         owner[squares < nearest * (1 - _TIE)] = i
         np.minimum(nearest, squares, out=nearest)
     return np.array(chosen), owner, np.sqrt(nearest)

@@ -212,8 +212,6 @@ class Choice:
     def positions(self) -> Iterator[Values]:
         """Yield what each person holds, and what the design costs them."""
         table = self.table
-        if not table.decision.positions:
-            return
         free = ranking_without_limits(table)
         rows = rows_by_name(table, free)
         records: Any = positions_frame(table).to_dict("records")
@@ -289,8 +287,6 @@ class Choice:
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
         if row not in self.ranking.rows:
-            if len(limit_words(self.table)) == 1:
-                return "beyond the limit"
             return f"beyond limit: {', '.join(beyond_limits(self.table, row))}"
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
