@@ -169,7 +169,6 @@ def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
     [
         ({"mu": [0.2, -1.0]}, "mu must be positive, got -1.0"),
         ({"c": np.nan}, "c must be finite, got nan"),
-        ({"omega0": (1, 2)}, "omega0 must be three initial spins"),
         ({"omega0": (1, np.inf, 2)}, r"omega0\[1\] must be finite, got inf"),
     ],
 )

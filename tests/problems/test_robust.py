@@ -174,18 +174,15 @@ CHUTE = SphereChute()
     ("problem", "options", "kind", "message"),
     [
         (CHUTE, {}, ValueError, "uncertainty or tolerances must be given"),
-        (linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must be a mapping from names to distributions"),
-        (CHUTE, {"tolerances": {"x1": -0.1}}, ValueError, r"tolerances\['x1'\] must be a number from 0 on, or a distribution, got -0.1"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:1"}, ValueError, "statistics must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": "cvar:0.0"}, ValueError, "statistics must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "statistics": ["mean"]}, ValueError, "statistics must be one for all or each of 4 objectives"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
-        (CHUTE, {"uncertainty": {"mu": stats.norm(0.4, 0.01)}}, TypeError, "problem must be a function of mu that returns a pymoo problem"),
         (SphereChute, {"uncertainty": {"mu": 0.4}}, TypeError, r"uncertainty\['mu'\] must be a distribution such as"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are neither fixed nor in an equality"),
         (Required(CHUTE, ["x1 + x2 = 1"]), {"tolerances": {"x1": 0.1}}, ValueError, "nor in an equality, got .x1.; fix it or give the rule outside"),
-        (SphereChute, {"uncertainty": {"mu": stats.norm(0.4, -0.01)}}, ValueError, "must be a distribution with finite quantiles"),
+        (SphereChute, {"uncertainty": {"mu": stats.norm(0.4, -0.01)}}, ValueError, r"uncertainty\['mu'\] must be finite"),
     ],
 )  # fmt: skip
 def test_mistakes(problem, options, kind, message):

@@ -31,11 +31,7 @@ def test_a_stall_violates_the_constraint(make):
     ("options", "kind", "message"),
     [
         ({"mu": 0}, ValueError, "mu must be positive, got 0.0"),
-        (
-            {"lower": (1, 0.1)},
-            ValueError,
-            r"lower must be >= 0 and at most upper, .* got \[1.0, 0.1\]",
-        ),
+        ({"lower": (np.nan, 0.1)}, ValueError, "lower must be finite, got nan"),
         ({"elementwise_runer": 1}, TypeError, "did you mean 'elementwise_runner'"),
     ],
 )

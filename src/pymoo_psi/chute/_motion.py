@@ -59,10 +59,6 @@ class ChuteParameters:
             if (array <= 0).any():
                 raise invalid(name, "positive", Received(str(array.min())))
             object.__setattr__(self, name, _kept(array))
-        if not np.iterable(self.omega0) or len([*self.omega0]) != 3:
-            raise invalid(
-                "omega0", "three initial spins (omega_X0, omega_Y0, omega_Z0)", self.omega0
-            )
         arrays = [finite_array(f"omega0[{k}]", spin) for k, spin in enumerate(self.omega0)]
         object.__setattr__(self, "omega0", tuple(map(_kept, arrays)))
 

@@ -212,9 +212,9 @@ class CheckedFunction:
         reasons = np.full(n, "", dtype=object)
         is_tolerant = untolerant(self.problem) is not self.problem
         if isinstance(self.problem, WrappedProblem) and not is_tolerant:
-            stated = np.full(n, raw.get("failure"), dtype=object)
-            is_text = [isinstance(reason, str) for reason in stated]
-            reasons[is_text] = stated[is_text]
+            for i, reason in enumerate(raw.get("failure", ())):
+                if isinstance(reason, str):
+                    reasons[i] = reason
         return reasons
 
     def _in_parts(self, X: Any) -> Values:

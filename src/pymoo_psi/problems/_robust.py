@@ -19,11 +19,11 @@ from pymoo_psi._validation import (
     Names,
     Rows,
     Values,
+    finite_array,
     finite_number,
     integer,
     invalid,
     known_name,
-    mapping,
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
@@ -131,8 +131,8 @@ class Robust(WrappedProblem):
         statistics: str | Names = "mean",
         failure_probability: float = 0.0,
     ) -> None:
-        tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
-        uncertainty = mapping("uncertainty", uncertainty or {}, "names to distributions")
+        tolerances = tolerances or {}
+        uncertainty = uncertainty or {}
         if not tolerances and not uncertainty:
             raise invalid("uncertainty or tolerances", "given", uncertainty)
         scenarios = _scenarios(n_scenarios, tolerances, uncertainty)
@@ -292,10 +292,7 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
     for column, (title, tolerance) in zip(scenarios.T, tolerances.items(), strict=False):
         argument = f"tolerances[{title!r}]"
         if isinstance(tolerance, Real):
-            deviation = finite_number(argument, tolerance)
-            if deviation < 0:
-                raise invalid(argument, "a number from 0 on, or a distribution", deviation)
-            column[:] = deviation * (2 * column - 1)
+            column[:] = finite_number(argument, tolerance) * (2 * column - 1)
         else:
             column[:] = _quantiles(argument, tolerance, column)
     uncertain = scenarios.T[len(tolerances) :]
@@ -312,10 +309,7 @@ def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
         raise wrong_type(
             argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
         )
-    quantiles: Array = quantile(probabilities)
-    if not np.isfinite(quantiles).all():  # SciPy has NaN for a scale of 0 or below
-        raise invalid(argument, "a distribution with finite quantiles", quantiles)
-    return quantiles
+    return finite_array(argument, quantile(probabilities))  # NaN for a scale of 0 or below
 
 
 def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]) -> list[Any]:
@@ -323,12 +317,6 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
     if not parameters:
         require_problem(problem)
         return [with_requirements(problem)]
-    if not callable(problem):
-        raise wrong_type(
-            "problem",
-            f"a function of {', '.join(parameters)} that returns a pymoo problem",
-            problem,
-        )
     problems = []
     for row in rows:
         of_row = problem(**dict(zip(parameters, row, strict=True)))

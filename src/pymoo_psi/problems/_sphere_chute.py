@@ -7,14 +7,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 from pymoo.core.problem import ElementwiseProblem, Problem
 
-from pymoo_psi._validation import (
-    Values,
-    finite_array,
-    finite_number,
-    invalid,
-    known_name,
-    require_shape,
-)
+from pymoo_psi._validation import Values, finite_array, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, ModelName, criteria, motion
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
@@ -42,7 +35,7 @@ class VectorizedSphereChute(Problem):
         **kwargs: pymoo's own, such as ``elementwise_runner`` or ``callback``.
 
     Raises:
-        ArgumentValueError: A parameter is not positive or finite, bounds cannot be used, or the
+        ArgumentValueError: A parameter is not positive or finite, a bound is not finite, or the
             model is unknown.
         ArgumentTypeError: A parameter is not a number, or a keyword is unknown.
 
@@ -68,17 +61,12 @@ class VectorizedSphereChute(Problem):
     ) -> None:
         require_known_keywords(type(self).__name__, Problem, kwargs, taken=OF_A_MODEL)
         self.parameters = ChuteParameters(mu, c, r, omega0)
-        for value in self.parameters.columns:
-            finite_number("a parameter", value)  # the same for all designs
         known_name("model", model, MODELS)
         self.model: ModelName = model
-        xl = _pair("lower", lower)
         if upper is None:  # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll
             upper = (3.5 * self.parameters.mu, 6.0)
-        xu = _pair("upper", upper)
-        if (xl < 0).any() or (xl > xu).any():
-            raise invalid("lower", f">= 0 and at most upper, {xu.tolist()}", xl.tolist())
-        super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
+        bounds = {"xl": finite_array("lower", lower), "xu": finite_array("upper", upper)}
+        super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, **bounds, **kwargs)
 
     def fingerprint(self) -> Values:
         """Return what a study of this problem depends on besides bounds and sizes.
@@ -107,9 +95,3 @@ class SphereChute(VectorizedSphereChute, ElementwiseProblem):
         >>> SphereChute(0.4, model="rolling").evaluate(np.array([0.2635, 0.1072]))[0].round(4)
         array([2.0459, 0.0476, 0.2635, 0.1072])
     """
-
-
-def _pair(name: str, value: ArrayLike) -> Any:
-    pair = finite_array(name, value)
-    require_shape(name, pair, (2,))
-    return pair

@@ -14,14 +14,12 @@ from pymoo_psi._validation import (
     AnyArray,
     Entries,
     Names,
-    Received,
     Values,
     boolean,
     finite_number,
     invalid,
     known_names,
     real_array,
-    require_shape,
 )
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import column_titles, require_problem
@@ -162,8 +160,8 @@ class Restricted(Transformed):
         wrapped: The problem.
 
     Raises:
-        ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
-            bounds, or no variable is left free.
+        ArgumentValueError: There is no such variable, or a bound or value lies outside the
+            problem's bounds.
         ArgumentTypeError: ``problem`` is no pymoo problem, or a bound or value has a type that the
             variable cannot have.
 
@@ -212,8 +210,6 @@ class Restricted(Transformed):
                 variable = _part(variable, f"{title} of bounds", parts[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
         space = replace(space, variables=tuple(variables))
-        if not space.free.variables:
-            raise invalid("bounds", "such that a variable is free", Received("all of them fixed"))
         super().__init__(problem, space)
 
 
@@ -223,7 +219,6 @@ def _parts_by_title(bounds: Any, titles: Names) -> Values:
         known_names("a variable of bounds", bounds, titles)
         return dict(bounds)
     pairs = real_array("bounds", bounds, "or a mapping from variables to bounds or values")
-    require_shape("bounds", pairs, (2, len(titles)))
     parts = {}
     for title, pair in zip(titles, pairs.T.tolist(), strict=True):
         if not np.isnan(pair).any():  # bounds of choices are NaN
