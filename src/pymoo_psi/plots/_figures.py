@@ -783,7 +783,7 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     finite = values[np.isfinite(values)]
     ax.set_xscale("log")
     if indicator != "hypervolume" and len(finite) and (finite > 0).all():
-        set_log(ax, "y", (1.0, 2.0, 5.0))
+        set_log(ax, "y")
     for name, style in zip(comparison.algorithms, curves(), strict=False):
         rows = frame.loc[[name]]
         median, lower, upper = rows[columns].replace(np.inf, np.nan).to_numpy(float).T

@@ -342,32 +342,33 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
     """Return a column of tests, whose axis shows the marked row, if there is one."""
     column = table.schema[name]
     values = table.column(name)
+    label = with_unit(name, column.unit)
     is_variable = name in table.schema.variables
     if is_variable and column.kind in (Kind.BINARY, Kind.CHOICE):
         options, ranks = value_ranks(values)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        return Column(ranks + aside, (-0.5, len(options) - 0.5), column.heading, options)
+        return Column(ranks + aside, (-0.5, len(options) - 0.5), label, options)
     values = values.astype(np.float64)
     inner = values[table.feasible()]
+    shown = values[marked]
+    is_log = spans_decades(inner)
+    if is_variable:
+        is_log = column.kind is Kind.LOG
+        inner = values
+        shown = np.append(shown, np.array([column.lower, column.upper], float))  # NaN if unknown
+    elif not is_log:
+        inner = _near(values, inner)
+    ends = _ends(inner, shown, is_log)
+    if is_variable and column.kind is Kind.INTEGER:
+        ends = (np.floor(ends[0]) + 0.5, np.ceil(ends[1]) - 0.5)
+    if is_log:
+        label += ", log"
     sign = 0
     errors = None
     if name in table.schema.objectives:
         sign = -1 if column.maximize else 1
         if has_errors(table):
             errors = table.column(error_column(name))
-    is_log = column.kind is Kind.LOG or (not is_variable and spans_decades(inner))
-    shown = values[marked]
-    if is_variable:
-        inner = values
-        shown = np.append(shown, np.array([column.lower, column.upper], float))  # NaN if unknown
-    elif not is_log:
-        inner = _near(values, inner)
-    ends = _ends(inner, shown, is_log)
-    if column.kind is Kind.INTEGER and is_variable:
-        ends = (np.floor(ends[0]) + 0.5, np.ceil(ends[1]) - 0.5)
-    label = with_unit(name, column.unit)
-    if is_log:
-        label += ", log"
     limits = table.limits.get(name, Limit())[:2]
     return Column(values, ends, label, (), is_log, limits, sign, errors, column.unit)
 

@@ -598,17 +598,16 @@ def places_between(
     return (points - ends[0]) / (ends[1] - ends[0]), is_log
 
 
-def set_log(axes: Axes, letter: str, factors: Sequence[float] = (1.0,)) -> None:
+def set_log(axes: Axes, letter: str) -> None:
     """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small.
 
     Args:
         axes: The axes.
         letter: Which axis.
-        factors: Which multiples of powers of ten have a tick.
     """
     axes.set(**{f"{letter}scale": "log"})
     axis = getattr(axes, f"{letter}axis")
-    axis.set_major_locator(LogLocator(subs=factors, numticks=5))
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=5))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(lambda value, _: tick(value, axis.get_view_interval()))
 
