@@ -56,9 +56,11 @@ def test_individuals_are_those_of_pymoos_own_loop():
         lambda problem: minimize(problem, SurrogatePSI(32)).X,
         lambda problem: asked_and_told(problem, PSI(32, block_size=10)).result().X,
         lambda problem: investigate(problem, 32).best(),
+        lambda problem: investigate(problem, 32, keep="pareto", block_size=10).best(),
+        lambda problem: investigate(problem, 32, keep="feasible", study="s.db").best(),
     ],
 )
-def test_a_run_of_which_all_tests_failed_says_so_once(run):
+def test_a_run_of_which_all_tests_failed_says_so_once(run, in_folder):
     """Its result has no front, which may also be one beyond the limits."""
     with pytest.warns(UserWarning, match="32 of 32 tests failed: F is missing; see") as warned:
         flaw(run, Model(lambda x: {"f": x}, n_var=2))

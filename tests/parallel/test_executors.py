@@ -218,7 +218,7 @@ def test_copies_have_the_executor_and_pickles_none(processes):
     algorithm = PSI(32, block_size=16)
     algorithm.setup(problem).next()
     algorithm = pickle.loads(pickle.dumps(algorithm))
-    refused("a pickle has no executor; give it one", algorithm.next, error=WorkerError)
+    refused("the executor takes no more work", algorithm.next, error=WorkerError)
     algorithm.problem.elementwise_runner.executor = processes
     algorithm.run()
     assert algorithm.table.equals(investigate(Sum(), 32))

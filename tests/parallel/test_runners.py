@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import joblib
@@ -18,7 +18,7 @@ import pytest
 
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner, ProcessRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel import FutureRunner, Queue
+from pymoo_psi.parallel import Queue
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model
 from tests.helpers.processes import gone, posix, until
@@ -151,32 +151,6 @@ def test_a_runner_is_shared_by_nested_calls(make):
         for index, values, _ in queue:
             assert workers(lambda x: {"F": -x}, [values["F"]]) == [{"F": -2 * index}]
     assert len(pickle.dumps(workers)) < 300
-
-
-class Postponing(FutureRunner):
-    """A runner, the jobs of which are ended from outside."""
-
-    n_workers = 1
-
-    def __init__(self):
-        super().__init__()
-        self.jobs = []
-
-    def submit(self, job):
-        self.jobs.append(Future())
-        return self.jobs[-1]
-
-
-def test_the_first_pending_is_the_least_after_jobs_that_evaluated_nothing():
-    runner = Postponing()
-    with contextlib.closing(Queue(abs, runner)) as queue:
-        queue.add(enumerate(range(4)))
-        queue.wait()
-        queue.is_paused = True
-        for job in runner.jobs:
-            job.set_result(([], None, {}))
-        assert queue.wait() is None
-        assert (queue.n_waiting, queue.first_pending) == (4, 0)
 
 
 def test_joblib_evaluates_by_joblib_runner_and_by_no_other(monkeypatch):

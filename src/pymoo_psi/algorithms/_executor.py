@@ -92,20 +92,32 @@ class PieceTask:
         return piece.numbers, needed_tests(self._model, tests, self._keep)
 
 
+def kept_rows(table: TestTable, keep: str) -> Mask:
+    """``(n,)`` which tests are kept: ``"all"``, the ``"feasible"`` or the ``"pareto"`` ones."""
+    if keep == "all":
+        return np.ones(len(table), dtype=bool)
+    if keep == "feasible":
+        return table.feasible()
+    return table.pareto()
+
+
 def needed_tests(model: Model, tests: TestTable, keep: str) -> TestTable:
     """Return the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+    If none of them is kept, one says whether all have failed.
 
     Args:
         model: The model, under whose formulation they are needed.
         tests: The tests.
-        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+        keep: Which tests are kept; see :func:`kept_rows`.
     """
-    if keep == "all":
+    if keep == "all" or len(tests) == 0:
         return tests
     table = model.under_so_far(tests)
-    if keep == "feasible":
-        return tests.take(table.feasible())
-    return tests.take(table.pareto())
+    rows = np.flatnonzero(kept_rows(table, keep))
+    if len(rows) == 0:
+        rows = np.array([table.failed().argmin()])
+    return tests.take(rows)
 
 
 class Executor:

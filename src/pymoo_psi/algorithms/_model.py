@@ -44,10 +44,8 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
     Formulation,
-    Limit,
     Schema,
     TestTable,
-    cells_of_kind,
     choice_values,
     designs_of,
 )
@@ -85,8 +83,6 @@ class Model:
             default_names = {own: name for name, own in names.items()}
             log = [default_names.get(name, name) for name in name_list("log", log)]
         self.space = design_space(self.problem, log=log)
-        for variable in self.space.variables:  # options that no table holds are refused here
-            cells_of_kind(variable.title, variable.options, Kind.CHOICE)
         if options.names is not None and self.has_requirements:
             names = self.problem.rule_names | names
         columns = None if options.names is None else names, options.maximize, options.units
@@ -106,15 +102,11 @@ class Model:
             ArgumentValueError: A limit allows a choice of an option that the problem does not have.
         """
         variables = design_space(within_same_columns(self.inner)).variables
-        names = self.schema.variables
-        for name, variable, left in zip(names, variables, self.space.variables, strict=True):
-            limit = formulation.allowed.get(name, Limit())
-            if limit.texts and variable.options:
-                for text in limit.texts:
-                    known_name(f"{name!r} in limits", text, [*map(str, variable.options)])
-                options = [*map(str, left.options)]
-                if not {*limit.texts} & {*options}:  # no design could keep it
-                    known_name(f"{name!r} in limits", limit.texts[0], options)
+        for name, variable in zip(self.schema.variables, variables, strict=True):
+            options = [*map(str, variable.options)]
+            if options and name in formulation.allowed:
+                for text in formulation.allowed[name].texts or ():
+                    known_name(f"{name!r} in limits", text, options)
         return formulation.combine_first(Formulation(limits=self.default_limits))
 
     # Tests under the formulation
@@ -400,12 +392,17 @@ def warn_of_output(name: str, where: str) -> None:
     warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
 
 
-def warn_if_all_failed(tests: TestTable, stacklevel: int) -> None:
-    """Warn at the end of a run of which every test has failed: its front is merely empty."""
+def warn_if_all_failed(tests: TestTable, n_tests: int, stacklevel: int) -> None:
+    """Warn at the end of a run of which every test has failed: its front is merely empty.
+
+    Args:
+        tests: The tests, or those that are left of a run that keeps some.
+        n_tests: How many there were.
+        stacklevel: That of the line that is to blame.
+    """
     if len(tests) > 0 and tests.failed().all():
         first = tests.reasons[int(tests.numbers[0])]
-        n_tests = counted(len(tests), "test")
-        message = f"{len(tests)} of {n_tests} failed: {first}; see table.reasons"
+        message = f"{n_tests} of {counted(n_tests, 'test')} failed: {first}; see table.reasons"
         warnings.warn(message, stacklevel=stacklevel)
 
 

@@ -34,7 +34,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import needed_tests, values_with_seeds
+from pymoo_psi.algorithms._executor import kept_rows, needed_tests, values_with_seeds
 from pymoo_psi.algorithms._model import warn_if_all_failed
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
@@ -93,7 +93,6 @@ class PointAlgorithm(WithTable, Algorithm):
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._most_evaluations = math.inf
         self._begun: Run | None = None
-        self._n_passed = 0  # points of the last block if none of them needed an evaluation
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
@@ -222,11 +221,7 @@ class PointAlgorithm(WithTable, Algorithm):
         run = self._run
         n_before = run.n_called
         tests = run.block(self._size_of_block())
-        n_called = run.n_called - n_before
-        self._n_passed = 0
-        if n_called == 0:
-            self._n_passed = len(tests)
-        self.evaluator.n_eval += n_called
+        self.evaluator.n_eval += run.n_called - n_before
         self._add(tests)
         self.is_initialized = True
         try:
@@ -246,19 +241,16 @@ class PointAlgorithm(WithTable, Algorithm):
         return self.options.block_size
 
     def _size_of_block(self) -> int | None:
-        """Return the size of the next block, at most the number of evaluations that are left.
-
-        After a block that needed none, it may be twice as large.
-        """
+        """Return the size of the next block, at most the number of evaluations that are left."""
         if self._block_size is None:
             return None
         left = max(1, self._most_evaluations - self.evaluator.n_eval)
-        return int(min(self._block_size, max(left, 2 * self._n_passed)))
+        return int(min(self._block_size, left))
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
         self._run.close()
-        warn_if_all_failed(self._tests, stacklevel=6)  # the line that calls minimize
+        warn_if_all_failed(self._tests, self.n_tested, stacklevel=6)  # the line that calls minimize
         super().finalize()
 
     def _infill(self) -> Population | None:
@@ -674,12 +666,8 @@ def investigate(
     if is_noisy:
         table = needed_tests(model, averaged_repeats(table), keep)
     table = model.under(run.numbered(table))
-    warn_if_all_failed(table, stacklevel=3)
-    if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = table.take(table.pareto())
-    if keep != "all":  # whether all tests that are left out have failed is unknown
-        model.require_outputs(table.schema.names)
-    return table
+    warn_if_all_failed(table, run.n_taken, stacklevel=3)
+    return table.take(kept_rows(table, keep))
 
 
 def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
@@ -697,7 +685,7 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tests = by_number(tables)
-                tables = [tests.take(run.model.under_so_far(tests).pareto())]
+                tables = [needed_tests(run.model, tests, keep)]
     return by_number(tables)
 
 

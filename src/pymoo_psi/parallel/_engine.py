@@ -84,19 +84,18 @@ class FutureRunner(Runner):
         sent: dict[Any, Job] = {}
         done: SimpleQueue[Any] = SimpleQueue()
         try:
-            while True:
+            while sent or again or queue.waiting:  # a pause may hold what waits
                 # A cluster may start its first worker when it has a job.
-                n_most = JOBS_AHEAD * max(1, self.n_workers)
-                while len(sent) < n_most and (again or queue.is_ready):
+                for _ in range(JOBS_AHEAD * max(1, self.n_workers) - len(sent)):
                     if again:
                         following = again.popleft()
-                    else:
+                    elif queue.is_ready:
                         following = job._replace(designs=queue.take(), seconds=queue.job_seconds)
+                    else:
+                        break
                     future = self.submit(following)
                     sent[future] = following
                     _put_when_done(future, done)
-                if not sent and not queue.waiting:  # nor is anything held by a pause
-                    return
                 try:
                     future = done.get(timeout=_POLLING_SECONDS)
                 except Empty:  # workers may have joined
@@ -110,9 +109,7 @@ class FutureRunner(Runner):
                 except Exception as error:
                     _require_engine(error, finished, queue)
                     if not finished.is_again:
-                        for design in finished.designs:
-                            alone = finished._replace(designs=deque([design]), is_again=True)
-                            again.append(alone)
+                        again.extend(finished.alone())
                         continue
                     index, _ = finished.designs[0]
                     loss = OSError(f"its worker was lost ({one_line(error)})")
@@ -323,7 +320,8 @@ class ExecutorRunner(FutureRunner):
     :class:`~pymoo_psi.errors.WorkerError`; the study is kept, and the same call continues it. On
     Windows designs are evaluated in the engine's own workers.
 
-    A copy is the same runner; a pickle has no executor, because executors cannot be sent.
+    A copy is the same runner; a pickle has no executor, because executors cannot be sent: set that
+    of ``algorithm.problem.elementwise_runner.executor``.
 
     Args:
         executor: The executor. It stays open.
@@ -400,16 +398,9 @@ class ExecutorRunner(FutureRunner):
 
     def submit(self, job: Job) -> Any:
         """Return the future of a job."""
-        if type(self.executor) is Executor:  # that of a pickle
-            raise WorkerError(
-                "the runner was pickled, and a pickle has no executor; give it one, such as by "
-                "algorithm.problem.elementwise_runner.executor = executor"
-            )
         name = secrets.token_hex(8)  # engines that know a task by its content repeat none
         try:
             return self.executor.submit(evaluate_packed, _VERSIONS, name, cloudpickle.dumps(job))
-        except PsiError:
-            raise
         except Exception as error:
             raise _gone(error) from error
 

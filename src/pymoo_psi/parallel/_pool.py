@@ -107,6 +107,11 @@ class Job(NamedTuple):
     is_again: bool = False
     free: Any = None
 
+    def alone(self) -> Iterator[Job]:
+        """Yield a job for each design, to be sent again."""
+        for design in self.designs:
+            yield self._replace(designs=deque([design]), is_again=True)
+
 
 _IDLE: list[_Worker] = []  # the last ones at the end
 _BUSY: dict[_Worker, str] = {}  # those at work, each on a job of the run of this name
