@@ -69,8 +69,8 @@ def test_a_run_of_which_all_tests_failed_says_so_once(run, in_folder):
 
 @pytest.mark.parametrize("wrapper", [lambda problem: problem, FailureTolerant])
 @pytest.mark.parametrize("output", ["heat", "f", "data"])
-def test_asking_and_telling_keeps_an_output_named_as_an_attribute(wrapper, output):
-    """Of pymoo's individuals; also of designs that recur."""
+def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper, output):
+    """And keeps an output named as an attribute of pymoo's individuals."""
 
     def failing(x):
         if x.sum() == 2:
@@ -79,6 +79,7 @@ def test_asking_and_telling_keeps_an_output_named_as_an_attribute(wrapper, outpu
 
     problem = Model(failing, n_var=2, xu=2, vtype=int)
     algorithm = asked_and_told(wrapper(problem), PSI(40, block_size=7))
+    assert len(problem.calls) == algorithm.evaluator.n_eval == 9
     assert algorithm.table.equals(investigate(problem, 40))
 
 

@@ -227,7 +227,6 @@ def test_copies_have_the_executor_and_pickles_none(processes):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: ExecutorRunner(ThreadPoolExecutor, workers=2), "executor must be an executor, which has a method submit"),
         (lambda: ExecutorRunner(Scripted()), "workers must be a number, or a function .*, got Scripted"),
         (lambda: ExecutorRunner(Scripted(), workers=0), "workers must be an integer >= 1"),
     ],

@@ -22,9 +22,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Queue, Runner, raise_original
 from pymoo_psi.problems import (
     CheckedFunction,
-    columns_of_values,
     streams,
-    without_requirements,
 )
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable
@@ -280,6 +278,11 @@ class Executor:
             self._model.require_outputs(values)
         return [number], seconds
 
+    @property
+    def has_tests(self) -> bool:
+        """Whether points are evaluated, the tests of which are not taken yet."""
+        return len(self._results) + len(self._answered) > 0
+
     def take(self, points: Points) -> list[Block]:
         """Return the tests of the evaluated ones of points."""
         blocks = []
@@ -306,23 +309,6 @@ class Executor:
         """Drop points that are pending or not taken; workers with nothing to do are kept."""
         self.queue.close()
         self._reset()
-
-
-def values_with_seeds(problem: Any, X: Any, numbers: Sequence[int]) -> Values:
-    """Return values of a noisy problem as the executor of a run evaluates them.
-
-    Args:
-        problem: The problem, with requirements that all designs meet.
-        X: n designs as the problem takes them.
-        numbers: ``(n,)`` the numbers of their points.
-    """
-    inner = without_requirements(problem)
-    function = CheckedFunction(inner, {}, seeded=True)
-    rows = _runner_of(inner)(function, _with_seeds(X, numbers))
-    out = columns_of_values(inner, rows)
-    if inner is not problem:
-        out = problem.values_from(X, lambda _: out)
-    return out
 
 
 def _with_seeds(

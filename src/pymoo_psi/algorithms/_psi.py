@@ -34,20 +34,18 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._executor import kept_rows, needed_tests, values_with_seeds
+from pymoo_psi.algorithms._executor import kept_rows, needed_tests
 from pymoo_psi.algorithms._model import warn_if_all_failed
 from pymoo_psi.algorithms._progress import progress_bar
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
-from pymoo_psi.algorithms._sources import SETTINGS, Keep, RunOptions
+from pymoo_psi.algorithms._sources import SETTINGS, Keep, Points, RunOptions
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
 from pymoo_psi.problems import (
-    NO_OUTPUTS,
     FailureTolerant,
     columns_of_values,
     design_space,
-    evaluate_designs,
     require_known_keywords,
     require_problem,
     requirement_texts,
@@ -96,7 +94,7 @@ class PointAlgorithm(WithTable, Algorithm):
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
-        kwargs.setdefault("evaluator", _Evaluator())
+        kwargs.setdefault("evaluator", _Evaluator(self))
         kwargs.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **kwargs)
 
@@ -318,43 +316,40 @@ class PointAlgorithm(WithTable, Algorithm):
         return values | {name: individual.data[name] for name in outputs}
 
     def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
-        """Return individuals of points, with the values of those that are tested.
-
-        pymoo does not evaluate these.
-        """
-        model = self._run.model
-        values_by_number = dict(zip(tests.numbers.tolist(), self._values(tests), strict=True))
+        """Return individuals of points, with the values of those that are tested."""
+        values_by_number = self._values(tests)
         config = Individual.default_config()  # one for all, which takes less time
         individuals = []
-        for number, x in zip(numbers.tolist(), model.space.designs(X.copy()), strict=True):
-            individual = Individual(config)  # `set` takes twice as long
+        for number, x in zip(
+            numbers.tolist(), self._run.model.space.designs(X.copy()), strict=True
+        ):
+            individual = Individual(config)
             individual.X = x
-            individual.data = {"test_point": number}
-            values = values_by_number.get(number)
-            if values is not None:
-                for name in ("F", "G", "H", "CV"):
-                    setattr(individual, name, values.pop(name))
-                individual.data = values | individual.data
-                individual.evaluated.update("FGH")
+            if number in values_by_number:
+                _evaluate(individual, values_by_number[number])
+            individual.data["test_point"] = number
             individuals.append(individual)
         return Population.create(*individuals)
 
-    def _values(self, tests: TestTable) -> list[Values]:
-        """Return the values of each test for pymoo, by name."""
+    def _values(self, tests: TestTable) -> dict[int, Values]:
+        """Return the values of tests for pymoo, by name, by their numbers."""
         model = self._run.model
         values_of_tests = model.values(tests)
         if isinstance(self.problem, FailureTolerant):  # failed ones have other values for pymoo
             out = columns_of_values(model.problem, values_of_tests)
-            out = _tolerated(self.problem, model.space.designs(tests.X.copy()), out)
+            # Further outputs may have names that pymoo's individuals cannot have.
+            out = {name: out[name] for name in ("F", "G", "H", "failure")}
+            X = model.space.designs(tests.X.copy())
+            out = dict(self.problem.tolerated(X, out, ["F", "G", "H"]))
             for values, F, G in zip(values_of_tests, out["F"], out["G"], strict=True):
                 values |= {"F": F, "G": G}
         violation = model.total_violation(tests)[:, None]
-        rows = zip(tests.numbers.tolist(), violation, values_of_tests, strict=True)
-        for number, cv, values in rows:
+        numbers = tests.numbers.tolist()
+        for number, cv, values in zip(numbers, violation, values_of_tests, strict=True):
             values["CV"] = cv
             values["failure"] = tests.reasons.get(number, "")
             values["outputs"] = tests.schema.outputs
-        return values_of_tests
+        return dict(zip(numbers, values_of_tests, strict=True))
 
     # What pymoo's tools read: individuals, made from the table when they are first asked for.
     # pymoo also assigns these attributes, which changes nothing.
@@ -401,38 +396,46 @@ class PointAlgorithm(WithTable, Algorithm):
         pass  # `opt` is computed when it is read
 
 
-def _tolerated(problem: FailureTolerant, X: Any, out: Values) -> Values:
-    """Return objectives and constraints of designs for pymoo, in which failed ones are infeasible.
-
-    Further outputs are left to the caller: some have names that pymoo's individuals cannot have.
-    """
-    results = {name: out[name] for name in ("F", "G", "H", "failure")}
-    return dict(problem.tolerated(X, results, ["F", "G", "H"]))
-
-
 class _Evaluator(Evaluator):
-    """pymoo's evaluator for asking and telling, which keeps designs that fail as failed.
+    """pymoo's evaluator for asking and telling: it evaluates the designs of a run as the run does.
 
-    It evaluates designs as the run does, those of a noisy model with the seeds of their tests.
+    Args:
+        algorithm: The algorithm that is asked.
     """
+
+    def __init__(self, algorithm: PointAlgorithm) -> None:
+        super().__init__()
+        self.algorithm = algorithm
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        X = pop.get("X")
-        evaluated = untolerant(problem)
-        if getattr(evaluated, "noisy", False):
-            out = values_with_seeds(evaluated, X, pop.get("test_point"))
-        else:
-            out = evaluate_designs(evaluated, X)
-        if isinstance(problem, FailureTolerant):
-            out = {**out, **_tolerated(problem, X, out)}
-        for name in ("F", "G", "H"):
-            pop.set(name, out.pop(name))
-        outputs = tuple(name for name in out if name not in NO_OUTPUTS)
-        for row, individual in enumerate(pop):
-            # `set` would take an output named f, x or data for an attribute
-            individual.data |= {name: column[row] for name, column in out.items()}
-            individual.data["outputs"] = outputs
-            individual.evaluated.update("FGH")
+        model = self.algorithm._run.model
+        executor = self.algorithm._run.executor
+        numbers = pop.get("test_point").astype(np.int64)
+        order = np.argsort(numbers)
+        X = model.space.to_matrix(pop.get("X"))
+        points = Points(numbers[order], 0, designs=X[order])
+        try:
+            executor.submit(points)
+            while executor.queue.n_pending:
+                executor.wait()
+            blocks = executor.take(points)
+        finally:
+            executor.close()
+        for block in blocks:
+            if not block.is_called:
+                self.n_eval -= len(block.numbers)
+        values_by_number = self.algorithm._values(by_number([block.tests for block in blocks]))
+        for number, individual in zip(numbers.tolist(), pop, strict=True):
+            _evaluate(individual, values_by_number[number])
+
+
+def _evaluate(individual: Individual, values: Values) -> None:
+    """Give an individual the values of its test, so that pymoo does not evaluate it."""
+    for name in ("F", "G", "H", "CV"):
+        setattr(individual, name, values.pop(name))
+    # `set` takes twice as long, and would take an output named f, x or data for an attribute
+    individual.data |= values
+    individual.evaluated.update("FGH")
 
 
 class _PointsTested(Termination):

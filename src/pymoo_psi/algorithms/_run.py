@@ -50,37 +50,35 @@ SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
-# What is known of a point, in this order.
-PLANNED, STARTED, EVALUATED, STORED = range(4)
+# The states of a point, in their order.
+PENDING, EVALUATED, STORED = range(3)
 
 
 class Ledger:
     """The points of a run that its source has returned, until their tests are taken.
 
-    Points are planned; started, when they were looked up and are evaluated if they had no test;
-    evaluated, in any order; and stored.
+    Points are started in their order; then they are evaluated, unless they have a test, and stored,
+    in any order.
 
     Args:
         points: The points, of which none is started.
 
     Attributes:
         points: ``(n,)`` the points, by number.
-        states: ``(n,)`` what is known of each.
+        n_started: How many of them, the first ones, are started.
+        states: ``(n,)`` the state of each.
         blocks: The tests that are stored and not taken.
     """
 
     def __init__(self, points: Points) -> None:
         self.points = points
-        self.states = np.full(len(points), PLANNED)
+        self.n_started = 0
+        self.states = np.full(len(points), PENDING)
         self.blocks: list[Block] = []
 
     def are_all(self, state: int, count: int) -> bool:
         """Whether the first points, so many of them, have reached a state."""
         return bool((self.states[:count] >= state).all())
-
-    def count(self, state: int) -> int:
-        """Return how many points are in a state."""
-        return int(np.count_nonzero(self.states == state))
 
     def mark(self, numbers: ArrayLike, state: int) -> None:
         """Note the state of points by their numbers."""
@@ -89,13 +87,13 @@ class Ledger:
     def add(self, points: Points) -> None:
         """Add points, numbered above all earlier ones."""
         self.points = self.points.joined(points)
-        self.states = np.append(self.states, np.full(len(points), PLANNED))
+        self.states = np.append(self.states, np.full(len(points), PENDING))
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
-        rows = np.flatnonzero(self.states == PLANNED)[:count]
-        self.states[rows] = STARTED
-        return self.points.at(rows)
+        points = self.points.at(slice(self.n_started, self.n_started + count))
+        self.n_started += len(points)
+        return points
 
     def store(self, block: Block) -> None:
         """Note tests that are stored."""
@@ -116,6 +114,7 @@ class Ledger:
 
     def keep(self, rows: Mask) -> None:
         """Keep some points, and drop the others."""
+        self.n_started = int(np.count_nonzero(rows[: self.n_started]))
         self.points = self.points.at(rows)
         self.states = self.states[rows]
 
@@ -369,7 +368,7 @@ class Run:
 
     def _is_commit_due(self, n_awaited: int) -> bool:
         """Whether to store the evaluated tests now."""
-        if self._ledger.count(EVALUATED) == 0:
+        if not self.executor.has_tests:
             return False
         queue = self.executor.queue
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
@@ -383,12 +382,12 @@ class Run:
         if self._steered != "continue":
             return Points.none()
         ledger = self._ledger
-        n_planned = ledger.count(PLANNED)
-        n_started = len(ledger.points) - n_planned
-        count = self.executor.n_accepted(n_awaited - n_started)
-        if count > 0 and n_planned == 0 and self.source.n_left > 0:
+        count = self.executor.n_accepted(n_awaited - ledger.n_started)
+        if count <= 0:
+            return Points.none()
+        if ledger.n_started == len(ledger.points) and self.source.n_left > 0:
             self._ask(count)
-        return ledger.start(max(count, 0))
+        return ledger.start(count)
 
     def _start(self, points: Points) -> None:
         """Recall the stored tests of points; lock the run and submit the others, if there are."""

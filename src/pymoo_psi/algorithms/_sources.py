@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
-    positive_number,
 )
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
@@ -95,10 +94,8 @@ class RunOptions(RunSettings):
             Share.checked(self.share)
         if self.seed is not None:
             integer("seed", self.seed, minimum=0)
-        integer("repeat", self.repeat, minimum=1)
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
-        positive_number("study_wait", self.study_wait)
         if self.more and self.study is None:
             raise invalid(
                 "more", "used with a study, which says what the run has", Received("none")

@@ -361,7 +361,7 @@ class ExecutorRunner(FutureRunner):
     ) -> None:
         if hasattr(executor, "get_executor"):  # a client of Dask
             executor = executor.get_executor(pure=False)
-        if isinstance(executor, type) or not hasattr(executor, "submit"):
+        if not hasattr(executor, "submit"):
             raise wrong_type(
                 "executor",
                 "an executor, which has a method submit, such as Dask's client.get_executor()",
@@ -389,10 +389,9 @@ class ExecutorRunner(FutureRunner):
         now = time.monotonic()
         if now - self._asked >= _ASKING:
             try:
-                count = self._count()
+                self._n_workers = int(self._count())
             except (OSError, asyncio.TimeoutError) as error:  # the scheduler is gone
                 raise _gone(error) from error
-            self._n_workers = integer("the result of workers", count, minimum=0)
             self._asked = now
         return self._n_workers
 

@@ -24,7 +24,6 @@ from time import perf_counter
 from typing import Any
 
 import cloudpickle
-import numpy as np
 
 from pymoo_psi._modules import REMEDY, version_of, versions
 from pymoo_psi._validation import Values
@@ -38,11 +37,6 @@ Result = tuple[int, Any, float]
 # Results of the designs that were evaluated, the error that ended the evaluation, and the versions
 # of the modules that the worker has imported.
 Answer = tuple[list[Result], EvaluationError | None, dict[str, bytes]]
-
-
-# Seconds of evaluations between two measurements: many times as long as a measurement takes, and
-# shorter than sending a design to a worker.
-_MEASURED_SECONDS = 1e-3
 
 
 def one_line(error: BaseException) -> str:
@@ -63,56 +57,35 @@ def same_folder() -> Iterator[None]:
         os.chdir(folder)
 
 
-def evaluate_here(
-    f: Function,
-    waiting: Waiting,
-    end: float = inf,
-    *,
-    moment: float = _MEASURED_SECONDS,
-) -> Iterator[Result]:
+def evaluate_here(f: Function, waiting: Waiting, end: float = inf) -> Iterator[Result]:
     """Evaluate designs in this process until none waits, or until some time.
 
     Args:
         f: What to evaluate.
         waiting: The designs; they are taken from it.
-        end: When to stop, by ``perf_counter``; seen at every measurement.
-        moment: Seconds of work between two measurements, of which the first one is of one design;
-            0 yields the values of each design before the next one is evaluated.
+        end: When to stop, by ``perf_counter``.
 
     Raises:
-        EvaluationError: A design raised, as the ``original``; the results before it are yielded
-            first.
+        EvaluationError: A design raised, as the ``original``.
     """
-    allowed = 0.0
     while waiting and perf_counter() < end:
-        results: list[tuple[int, Values]] = []
-        failure = None
+        index, design = waiting.popleft()
         began = perf_counter()
-        now = began
-        # Nothing is yielded from within: the reader of the results would have the model's settings.
-        with same_folder(), np.errstate():
+        with same_folder():
             try:
-                while waiting and (now - began < allowed or not results):
-                    index, design = waiting.popleft()
-                    results.append((index, f(design)))
-                    now = perf_counter()
-            except (KeyboardInterrupt, EvaluationError) as error:
-                failure = error
+                values = f(design)
+            except (KeyboardInterrupt, EvaluationError):
+                raise
             except BaseException as error:  # a model exits; Rust and asyncio have their own
-                failure = EvaluationError(design, one_line(error), error)
-        seconds = (perf_counter() - began) / max(len(results), 1)
-        allowed = moment
-        for index, values in results:
-            yield index, values, seconds
-        if failure is not None:
-            raise failure
+                raise EvaluationError(design, one_line(error), error) from error
+        yield index, values, perf_counter() - began
 
 
 def answer_of(f: Function, designs: Waiting) -> Answer:
     """Evaluate designs in this process; return the results, and the error of one that raised."""
     results = []
     try:
-        for result in evaluate_here(f, designs, moment=0.0):
+        for result in evaluate_here(f, designs):
             results.append(result)
     except EvaluationError as error:
         return results, error, {}

@@ -215,7 +215,7 @@ def _serve(channel: Any) -> None:
         send(None)
         try:
             end = perf_counter() + 2 * lasting  # the rest is for others
-            for result in evaluate_here(function, designs, end, moment=0.0):
+            for result in evaluate_here(function, designs, end):
                 if len(sys.modules) != n_modules:
                     n_modules = len(sys.modules)
                     send(versions())
