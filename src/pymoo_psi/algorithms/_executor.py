@@ -332,11 +332,14 @@ def _block_of_pieces(
     pieces: Sequence[tuple[Numbers, TestTable]], seconds: Sequence[float]
 ) -> Block:
     """Return the tests of pieces, each of which took some seconds."""
-    numbers, (whole, *others) = zip(*pieces, strict=True)
-    if others:  # otherwise it takes as long as a commit
-        whole = whole.extended(*others)
+    numbers, (first, *others) = zip(*pieces, strict=True)
     sizes = [*map(len, numbers)]
-    return Block(np.concatenate(numbers), whole, True, np.repeat(np.divide(seconds, sizes), sizes))
+    return Block(
+        np.concatenate(numbers),
+        first.extended(*others),
+        True,
+        np.repeat(np.divide(seconds, sizes), sizes),
+    )
 
 
 def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue:

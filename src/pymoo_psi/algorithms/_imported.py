@@ -17,7 +17,7 @@ from pymoo_psi._validation import Columns, Integers, Mask, Names, Received, coun
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import RunOptions
-from pymoo_psi.algorithms._store import StudyStore
+from pymoo_psi.algorithms._store import Store
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import problem_identity
@@ -90,7 +90,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
         remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
         raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
     identity = _identity(source, results)
-    store = StudyStore(model, options, lambda: identity)
+    store = Store(model, options, lambda: identity)
     _restore_digits(results, store.study.contents()[1], model.schema.variables)
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
@@ -227,7 +227,7 @@ def _contradictions(tests: TestTable, stored: TestTable, numbers: Integers) -> l
     return [f"{n} with other results in the study, which stay, the first {tests.names[rows[0]]}."]
 
 
-def _are_new(store: StudyStore, model: Model, tests: TestTable, remarks: list[str]) -> Mask:
+def _are_new(store: Store, model: Model, tests: TestTable, remarks: list[str]) -> Mask:
     """``(n,)`` which tests a study does not have; remarks on the others are added."""
     keys = model.keys(tests.X)
     with store.study.reading() as database:

@@ -36,6 +36,7 @@ from pymoo_psi.problems import (
     known_limits,
     problem_schema,
     untolerant,
+    value_column,
     with_requirements,
     within_same_columns,
     without_requirements,
@@ -347,9 +348,8 @@ def with_options(columns: Entries, variables: Names, kinds: Sequence[Kind]) -> V
 def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> TestTable:
     """Return the tests of n designs with all numbers that the model returned.
 
-    An output that is not a single number for any design, or has the name of another column, is left
-    out with a warning, as a run need not end for it. If it is a number for some designs, these keep
-    it: values of one design never affect those of another.
+    An output that is not a single number for each design, or has the name of another column, is
+    left out with a warning, as a run need not end for it.
 
     Args:
         schema: The columns that the problem promises.
@@ -358,10 +358,9 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
         out: Their values, as :func:`evaluate_designs` returns them.
     """
     numbers = points.numbers
-    has_failed = out["failure"].astype(bool)
-    reasons = {}
-    for row in np.flatnonzero(has_failed):
-        reasons[int(numbers[row])] = out["failure"][row]
+    failures = out["failure"]
+    has_failed = failures.astype(bool)
+    reasons = dict(zip(numbers[has_failed].tolist(), failures[has_failed], strict=True))
     candidates = dict(out)
     if points.rounds is not None:
         # first, and those of the points: a repeated design has the values of another point
@@ -372,16 +371,17 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
     for name, values in candidates.items():
         if name in NO_OUTPUTS or name.startswith("__"):
             continue
+        column = np.asarray(values)
+        if column.dtype == object:  # None where a design has no value
+            column = value_column(column)
         if name in other_columns:
             warn_of_output(name, "in the table by this name")
-            continue
-        column, odd = _numbers(values, len(numbers))
-        if odd:
-            example = f"{odd[0]!r:.40}"
-            warn_of_output(name, f"in the table where it is no single number, such as {example}")
-            if np.isnan(column).all():
-                continue
-        outputs[name] = np.where(has_failed, np.nan, column)
+        elif column.dtype.kind not in "fiub" or column.size != len(numbers):
+            example = next(value for value in column if value is not None)
+            where = f"in the table where it is no single number, such as {example!r:.40}"
+            warn_of_output(name, where)
+        else:
+            outputs[name] = np.where(has_failed, np.nan, column.reshape(len(numbers)))
     return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, schema=schema
     )
@@ -404,19 +404,3 @@ def warn_if_all_failed(tests: TestTable, n_tests: int, stacklevel: int) -> None:
         first = tests.reasons[int(tests.numbers[0])]
         message = f"{n_tests} of {counted(n_tests, 'test')} failed: {first}; see table.reasons"
         warnings.warn(message, stacklevel=stacklevel)
-
-
-def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
-    """Return a number for each of n designs, NaN where there is none, and the other values."""
-    column = np.asarray(values)
-    if column.dtype.kind in "fiub" and column.size == n:
-        return column.reshape(n), []
-    numbers = np.full(n, np.nan)
-    odd = []
-    for i, value in enumerate(column):
-        cell = np.asarray(value)
-        if cell.size == 1 and cell.dtype.kind in "fiub":
-            numbers[i] = cell.item()
-        elif value is not None:
-            odd.append(value)
-    return numbers, odd

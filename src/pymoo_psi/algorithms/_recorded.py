@@ -16,7 +16,7 @@ from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import Run
 from pymoo_psi.algorithms._sources import ByName, PlannedPoints, Points, Retry, RunOptions
-from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
+from pymoo_psi.algorithms._store import Store, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -29,6 +29,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
+from pymoo_psi.study import Study
 from pymoo_psi.table import BY_ALGORITHM, TEST, TestTable
 
 
@@ -108,7 +109,7 @@ class Recorded(WithTable, WrappedProblem):
         units: ByName | None = None,
     ) -> None:
         options = RunOptions(
-            study=study,
+            study=Study(study).path,
             study_key=study_key,
             study_wait=study_wait,
             retry=retry,
@@ -129,7 +130,7 @@ class Recorded(WithTable, WrappedProblem):
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
         # Tests are found by their designs; only designs without one become points.
-        self._store = StudyStore(
+        self._store = Store(
             self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)", recalls=False
         )
         self._executor = Executor(self._model, options, together=True)

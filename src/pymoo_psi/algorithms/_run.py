@@ -34,7 +34,7 @@ from pymoo_psi.algorithms._sources import (
     Source,
     unit_points,
 )
-from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
+from pymoo_psi.algorithms._store import Store, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import require_no_permutation
 from pymoo_psi.study import LAST, further_tests
@@ -448,11 +448,8 @@ def run_of_sequence(
     n_dim = len(model.space.searched)
     sampling = options.sampling_in(n_dim)
     n_first = n_first or LAST
-    kind = Store
-    if options.study is not None:
-        kind = StudyStore
     n_sampled = min(n_points, n_first)
-    store = kind(model, options, lambda: sampling.identity(n_sampled, options.seed) + method)
+    store = Store(model, options, lambda: sampling.identity(n_sampled, options.seed) + method)
     n_all = store.total(n_points)
     points = unit_points(options, min(n_all, n_first), n_dim)
     store.plan(n_all)
@@ -504,9 +501,7 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
     # Blocks of workers come in any order; rows that are sorted then need no second copy.
     first, *others = sorted(tables, key=lambda table: table.numbers.max(initial=0))
-    table = first
-    if others:
-        table = first.extended(*others)
+    table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.take(np.argsort(table.numbers, kind="stable"))  # faster for a few runs
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import threading
@@ -52,7 +53,7 @@ _SECONDS = 0.5
 
 
 class Store:
-    """A store that keeps nothing: that of a run without a study.
+    """The store of a run, which keeps its tests in a study; without one it keeps nothing.
 
     The tests of a run are numbered by their test points here and in the run; see :meth:`numbered`.
 
@@ -60,6 +61,7 @@ class Store:
         model: The model of the run.
         options: The options of the run.
         sampling: Returns what a study calls the origin of the points.
+        recalls: Whether the points of a run may have tests already.
 
     Attributes:
         empty: A table without tests: the columns that the problem promises, and what makes its
@@ -67,86 +69,15 @@ class Store:
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
         n_planned: How many points earlier calls have planned for the run.
-    """
-
-    advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
-    n_planned = 0
-
-    def __init__(self, model: Model, options: RunOptions, sampling: Callable[[], str]) -> None:
-        self.empty = _table_of_run(model, options, sampling)
-        self.origin = ""
-
-    def writing(self) -> AbstractContextManager[None]:
-        """Keep other processes from adding to the run during the body of a ``with`` statement."""
-        return nullcontext()
-
-    def recall(self, points: Points) -> TestTable:
-        """Return the stored tests of points, by number, without those to be retried."""
-        return self.empty
-
-    def known(self) -> TestTable:
-        """Return stored tests of the run, without those to be retried."""
-        return self.empty
-
-    def others(self) -> TestTable:
-        """Return the tests of other runs of the same model."""
-        return self.empty
-
-    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
-        """Store tests, and what each of them took; return how many are new or replaced."""
-        return 0
-
-    def numbered(self, tests: TestTable) -> TestTable:
-        """Return tests of the run with the numbers that they have in the study."""
-        return tests
-
-    def remember_once(self, name: str, value: Any) -> Any:
-        """Remember a value of the run by name, if it has none; return the remembered one."""
-        return value
-
-    def total(self, n_points: int) -> int:
-        """Return how many points the run has in all if ``n_points`` are asked for."""
-        return n_points
-
-    def plan(self, n_points: int) -> None:
-        """Note how many points the run is asked for."""
-
-    def requests(self) -> list[Values]:
-        """Return what people have asked of the run since the last call, in the order of time.
-
-        The first call returns what still holds of what was asked before.
-        """
-        return []
-
-    def answer(self, request: Values) -> None:
-        """Store a request with the answer of the run."""
-
-    def proposals(self) -> list[Proposal]:
-        """Return all stored proposals, by number."""
-        return []
-
-    def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
-        """Store proposals; return those that are stored under their numbers now."""
-        return proposals
-
-
-class StudyStore(Store):
-    """A store that keeps tests in a study.
-
-    Args:
-        model: The model of the run.
-        options: The options of the run.
-        sampling: Returns the origin of the points.
-        recalls: Whether the points of a run may have tests already.
-
-    Attributes:
-        study: The study.
+        study: The study; only if there is one.
         run: The number of the run in it.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
         StudyError: The study belongs to another model, or cannot be used.
     """
+
+    study: Study
 
     def __init__(
         self,
@@ -156,22 +87,37 @@ class StudyStore(Store):
         *,
         recalls: bool = True,
     ) -> None:
-        super().__init__(model, options, sampling)
-        self._recalls = recalls
+        self.empty = _table_of_run(model, options, sampling)
+        self.advice = (
+            "no test is kept; with study='FILE.db' the same call would go on from the last"
+        )
+        self.origin = ""
+        self.n_planned = 0
         self._model = model
         self._options = options
+        self._keeps = options.study is not None
+        self._recalls = recalls and self._keeps
+        self._has_other_runs = False
         # how many requests were read; None before the first look
         self._n_requests: int | None = None
-        self._next_look = 0.0  # the time at which requests are read again
-        self.study = _study_of(options)
+        self._next_look = math.inf  # the time at which requests are read again
+        if self._keeps:
+            self._begin(_study_of(options))
+
+    def _begin(self, study: Study) -> None:
+        """Begin the run in the study, or go on with it."""
+        model = self._model
+        options = self._options
+        self.study = study
+        self._next_look = 0.0
         points = str((self.empty.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = points.partition(" from ")[0]
-        self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
+        self.advice = f"tests are kept in study {study.path}; the same call goes on from there"
         head = _head_of_run(self.empty, model)
         share = options.part if options.part.of > 1 else None
         identity = _identity_of_run(head, points, model)
-        facts, run = self.study.begin(head, identity, share, model.revised)
+        facts, run = study.begin(head, identity, share, model.revised)
         model.awaited.difference_update(facts.head["outputs"])
         self.run = run.number
         self._planned = run.planned
@@ -186,6 +132,8 @@ class StudyStore(Store):
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
+        if not self._keeps:
+            return nullcontext()
         return self.study.writing(self.run)
 
     def recall(self, points: Points) -> TestTable:
@@ -204,6 +152,8 @@ class StudyStore(Store):
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
+        if not self._keeps:
+            return self.empty
         return self._stored(1, LAST)
 
     def _stored(self, first: int, last: int) -> TestTable:
@@ -275,6 +225,8 @@ class StudyStore(Store):
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
         """Store tests, and what each of them took; return how many are new or replaced."""
+        if not self._keeps:
+            return 0
         columns = columns_of(tests, POINT)
         for name in tests.schema.outputs:
             if name in ADDED:
@@ -296,6 +248,8 @@ class StudyStore(Store):
 
         If these are not those of the points, columns say the run and the points.
         """
+        if not self._keeps:
+            return tests
         with self.study.reading() as database:
             n_runs = database.count("runs")
             n_stored = database.count("tests WHERE status NOT NULL")
@@ -314,6 +268,8 @@ class StudyStore(Store):
 
     def remember_once(self, name: str, value: Any) -> Any:
         """Remember a value of the run by name, if it has none; return the remembered one."""
+        if not self._keeps:
+            return value
         with self.study.changes() as database:
             record = database.record(self.run)
             if name not in record:
@@ -340,13 +296,17 @@ class StudyStore(Store):
     def plan(self, n_points: int) -> None:
         """Note how many points the run is asked for."""
         ends = [self._options.first, self._options.first + n_points - 1]
-        if ends not in self._planned:
+        if self._keeps and ends not in self._planned:
             with self.study.changes() as database:
                 planned = database.record(self.run).get("planned", ())
                 database.record(self.run, planned=[*planned, ends])
 
     def requests(self) -> list[Values]:
-        """Return what people have asked of the run since the last call, twice a second."""
+        """Return what people have asked of the run since the last call, in the order of time.
+
+        The study is read twice a second. The first call returns what still holds of what was asked
+        before.
+        """
         now = time.monotonic()
         if now < self._next_look:
             return []
@@ -371,10 +331,14 @@ class StudyStore(Store):
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
+        if not self._keeps:
+            return []
         return self.study.proposals(self.run)
 
     def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
+        if not self._keeps:
+            return proposals
         with self.writing(), self.study.changes() as database:
             return database.propose(self.run, proposals)
 
@@ -485,11 +449,9 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     is_default = in_main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-    is_terminated = False
 
     def interrupt(*_: Any) -> None:
-        nonlocal is_terminated
-        is_terminated = True
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         raise KeyboardInterrupt  # which no model takes for a failure of a design
 
     if is_default:
@@ -501,7 +463,5 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
             error.args = error.args or (store.advice,)  # the last line of what Python prints
         raise
     finally:
-        if is_default:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        if is_terminated:
+        if is_default and signal.signal(signal.SIGTERM, signal.SIG_DFL) is not interrupt:
             os.kill(os.getpid(), signal.SIGTERM)

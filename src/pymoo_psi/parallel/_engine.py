@@ -295,10 +295,6 @@ class ProcessRunner(FutureRunner):
         wait([future for future in futures if not future.cancelled()])  # until no thread is at work
         keep_idle(self.n_workers)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copies and pickles have the settings; workers and measurements stay here."""
-        return partial(type(self), self.n_jobs, timeout=self.timeout), ()
-
 
 class ExecutorRunner(FutureRunner):
     """An ``elementwise_runner`` that evaluates designs on any ``concurrent.futures.Executor``.

@@ -159,10 +159,6 @@ class JoblibRunner(Runner):
                 ) from error
             yield from queue.go_on_with(ProcessRunner(n_workers))
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copies and pickles have the settings; measurements stay here."""
-        return partial(type(self), self.n_jobs, backend=self.backend), ()
-
 
 def _renew_workers() -> None:
     """Give up the workers that joblib has kept if new ones might give other values."""

@@ -66,6 +66,10 @@ class Runner:
         self._name = secrets.token_hex(8)
         self._problem: Any = None  # whose designs it was called for last
 
+    def __getstate__(self) -> Values:
+        """Copies and pickles have the settings; measurements stay here."""
+        return self.__dict__ | {"samples": deque(maxlen=5), "_problem": None}
+
     @property
     def n_workers(self) -> int:
         """How many workers there are now; 0 for this process, or if none has joined yet."""
