@@ -94,6 +94,7 @@ _WIDEST = 0.95  # share of the width for a key
 _TICKS_WIDTH = 34.0  # left of axes
 _TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
 _MOST_TICKS = 6
+_LEAST_TICKS = 3  # where there is room
 # Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
 _BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
 _ARROWS = {
@@ -318,7 +319,8 @@ def name_axis(
         axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
-        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
+        least = min(n_ticks, _LEAST_TICKS)
+        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least))
         axis.set_major_formatter(_Ticks())
     else:
         factors = [1.0, 2.0, 5.0] if high < 100 * low else [1.0]
