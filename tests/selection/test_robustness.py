@@ -134,7 +134,6 @@ def test_a_failing_design_is_infeasible_but_not_all():
 @pytest.mark.parametrize(
     ("make_problem", "X", "options", "kind", "message"),
     [
-        (beam, X, {"uncertainty": {}}, ValueError, "uncertainty or tolerances must be given"),
         (beam, X[:, :1], {"uncertainty": LOAD, "n_scenarios": 1}, ValueError, "X must be designs of 2 variables"),
         (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
     ],

@@ -20,7 +20,6 @@ from pymoo_psi import (
 )
 from pymoo_psi.selection import compare_selectors
 from tests.helpers.fronts import in_shares
-from tests.helpers.refusals import refused
 
 sets = st.one_of(
     st.tuples(st.integers(1, 20), st.integers(1, 5)).flatmap(
@@ -143,15 +142,3 @@ def test_given_ranges_of_a_ranking_are_those_of_selectors(ideal, best):
     )
     chosen = compare_selectors(ranking, {"L2": CompromiseProgramming(2)})
     assert chosen["L2"].tolist() == ranking.salukvadze.tolist() == [best]
-
-
-@pytest.mark.parametrize(
-    ("selectors", "kind", "message"),
-    [
-        ([SalukvadzeOptimum()], TypeError, "selectors must be a mapping from names to selectors"),
-        ({"a": len}, TypeError, r"selectors\['a'\] must be an object with a method do"),
-        ({"a": (ASF(), [1, np.nan])}, ValueError, r"weights of selectors\['a'\] must be finite"),
-    ],
-)
-def test_bad_selectors(selectors, kind, message):
-    refused(message, compare_selectors, F3, selectors, error=kind)

@@ -392,8 +392,6 @@ def _variables(problem: Any) -> Iterator[Variable]:
     """Yield the variables of a problem, as x1, x2, … those of a vector, checked."""
     variables = getattr(problem, "vars", None)
     if not variables:
-        if problem.vtype not in _TYPES:
-            raise wrong_type("vtype of the problem", "float, int or bool", problem.vtype)
         lower, upper = (np.broadcast_to(ends, problem.n_var) for ends in problem.bounds())
         variables = {}
         for j, bounds in enumerate(zip(lower, upper, strict=True), 1):

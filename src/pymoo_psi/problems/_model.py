@@ -59,7 +59,6 @@ def problem_schema(
     own_maximize = [renamed.get(title, title) for title in stated]
     if maximize is None:
         maximize = own_maximize
-    name_list("maximize", maximize)
     if maximize and names is None and not {*own_maximize} <= {*maximize}:
         raise invalid(
             "maximize",

@@ -21,10 +21,8 @@ from pymoo_psi._validation import (
     Values,
     finite_array,
     finite_number,
-    integer,
     invalid,
     known_name,
-    wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import DesignSpace, design_space
@@ -265,8 +263,6 @@ def _for_each(statistics: str | Names, n_obj: int) -> list[str]:
     """Return the statistic of each objective; one text is that of all."""
     if isinstance(statistics, str):
         return [statistics] * n_obj
-    if len(statistics) != n_obj:
-        raise invalid("statistics", f"one for all or each of {n_obj} objectives", statistics)
     return [*statistics]
 
 
@@ -287,7 +283,6 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
     They are LPτ points mapped by the quantile functions. The first point is the centre, with all
     quantities at their medians: an unbounded distribution has no quantile at the origin.
     """
-    integer("n_scenarios", n_scenarios, minimum=1)
     scenarios = lp_tau(n_scenarios, len(tolerances) + len(uncertainty), first=2)
     for column, (title, tolerance) in zip(scenarios.T, tolerances.items(), strict=False):
         argument = f"tolerances[{title!r}]"
@@ -304,11 +299,7 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
 def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
     """Return the quantiles of a distribution of SciPy, finite ones."""
     # SciPy has both names: ppf for its old distributions, icdf for its new ones
-    quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
-    if quantile is None:
-        raise wrong_type(
-            argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
-        )
+    quantile = getattr(distribution, "ppf", None) or distribution.icdf
     return finite_array(argument, quantile(probabilities))  # NaN for a scale of 0 or below
 
 

@@ -26,10 +26,8 @@ from pymoo_psi._validation import (
     finite_array,
     invalid,
     is_real,
-    mapping,
     require_shape,
     source_type,
-    wrong_type,
 )
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -336,8 +334,7 @@ def compare_selectors(
         be none.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` is invalid, or weights are not finite.
-        ArgumentTypeError: ``selectors`` is not a mapping, or one of them has no method ``do``.
+        ArgumentValueError: ``F`` or ``maximize`` is invalid.
 
     Example:
         >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
@@ -353,16 +350,18 @@ def compare_selectors(
     values = ranking.objectives.minimized[front]
     distances = ranking.frame.scaled(values)
     chosen = {}
-    for name, selector in mapping("selectors", selectors, "names to selectors").items():
+    for name, selector in selectors.items():
         if isinstance(selector, RankingSelector):
             chosen[name] = _rows_of(F, ranking, selector.do(ranking))
             continue
-        selector, weights = _with_weights(name, selector, values.shape[1])
+        weights = np.ones(values.shape[1])
+        if isinstance(selector, tuple):
+            selector, weights = selector
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if len(front) == 1:  # some cannot scale it
                 rows: Any = [0]
             elif isinstance(selector, Decomposition):
-                rows = np.argmin(selector.do(distances.copy(), weights))
+                rows = np.argmin(selector.do(distances.copy(), np.array(weights)))
             else:
                 rows = selector.do(values.copy())
         if rows is None:
@@ -376,16 +375,6 @@ def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
     if source_type(F) == "table":
         return ranking.rows[chosen]
     return chosen
-
-
-def _with_weights(name: str, selector: Any, m: int) -> tuple[Any, Array]:
-    """Return a selector of another package, and the weights of a pair, or else equal ones."""
-    weights: Any = np.ones(m)
-    if isinstance(selector, tuple):
-        selector, weights = selector
-    if not hasattr(selector, "do"):
-        raise wrong_type(f"selectors[{name!r}]", "an object with a method do(F)", selector)
-    return selector, finite_array(f"the weights of selectors[{name!r}]", weights)
 
 
 def _of_sum_one(weights: ArrayLike | None) -> Array | None:
