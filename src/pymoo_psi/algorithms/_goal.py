@@ -331,7 +331,4 @@ def _operands(
     tested = table.evaluated
     operands = {name for expression in expressions.values() for name in expression.columns}
     operands &= {*tested.names}
-    # An equality that is an objective is learned by its absolute value.
-    absolute = {*table.schema.objectives} & {*tested.of_role("equality")}
-    learned = {*outputs} - absolute
-    return sorted(operands - {*tested.variables} - {*expressions} - learned)
+    return sorted(operands - {*tested.variables, *expressions, *outputs})

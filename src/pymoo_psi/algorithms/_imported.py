@@ -13,7 +13,7 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind, first_of
 from pymoo_psi._names import named_as
-from pymoo_psi._validation import Columns, Integers, Mask, Names, Received, counted, invalid
+from pymoo_psi._validation import Columns, Integers, Names, Received, Rows, counted, invalid
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import RunOptions
@@ -84,11 +84,8 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     tested = table.take(table.status != "failed")
     results = _results_of(model, tested)
     is_unmade = model.unmade(results | {"status": tested.status})
-    first = first_of(model.schema.keys(results))  # the first test of each design
-    if not model.noisy and (tested.F[first] != tested.F).any():
-        rule = "one of each design if the model is not noisy"
-        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
-        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
+    if not model.noisy:
+        _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
     store = Store(model, options, lambda: identity)
     _restore_digits(results, store.study.contents()[1], model.schema.variables)
@@ -98,10 +95,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     tests = store.table(results, "test").take(~is_unmade)
     if not model.noisy:
         tests = tests.take(~tests.repeats)
-    is_new = _are_new(store, model, tests, remarks)
-    n_new = int(is_new.sum())
-    # Known tests are completed, unless those of a design differ.
-    n_completed = store.keep(tests.take(is_new | (not model.noisy))) - n_new
+    n_new, n_completed = _keep(store, model, tests, remarks)
     taken = f"{n_new} of {counted(len(table), 'test')} taken, {len(tests) - n_new} known already"
     if n_completed > 0:
         taken += f", {n_completed} of these completed"
@@ -131,6 +125,14 @@ def _left_out(table: TestTable, results: Columns) -> list[str]:
         listing = ", ".join(sorted(names))
         remarks.append(f"{listing} left out: rankings and studies have columns of this name.")
     return remarks
+
+
+def _require_same_results(tests: TestTable, first: Rows) -> None:
+    """Refuse tests of a design that differ in results, given the first test of each design."""
+    if (tests.F[first] != tests.F).any():
+        rule = "one of each design if the model is not noisy"
+        remedy = "say that it is, by noisy = true, or --noisy of 'pymoo-psi solve'"
+        raise invalid("the tests", rule, Received("some that differ in results only"), remedy)
 
 
 def _table_of(model: Model, source: Any) -> TestTable:
@@ -227,17 +229,22 @@ def _contradictions(tests: TestTable, stored: TestTable, numbers: Integers) -> l
     return [f"{n} with other results in the study, which stay, the first {tests.names[rows[0]]}."]
 
 
-def _are_new(store: Store, model: Model, tests: TestTable, remarks: list[str]) -> Mask:
-    """``(n,)`` which tests a study does not have; remarks on the others are added."""
+def _keep(store: Store, model: Model, tests: TestTable, remarks: list[str]) -> tuple[int, int]:
+    """Store the tests that a study does not have, and complete others if the model is not noisy.
+
+    Returns:
+        How many were new, and how many were completed. Remarks on the others are added.
+    """
     keys = model.keys(tests.X)
-    with store.study.reading() as database:
-        numbers = database.find(keys)
-        if not model.noisy:
+    if not model.noisy:
+        with store.study.reading() as database:
+            numbers = database.find(keys)
             stored = store.table(database.tests_with(numbers), "test")
-            remarks += _contradictions(tests, stored, numbers)
-            return np.asarray(numbers == 0)
-        stored = store.table(database.tests(), "test")
+        remarks += _contradictions(tests, stored, numbers)
+        n_new = int((numbers == 0).sum())
+        return n_new, store.keep(tests) - n_new
     # Tests of a noisy model are known by their results, too; each stored one is one of them.
+    stored = store.table(store.study.contents()[1], "test")
     known = Counter(zip(model.keys(stored.X), map(tuple, stored.F.tolist()), strict=True))
     is_new = np.ones(len(tests), dtype=bool)
     for row, mark in enumerate(zip(keys, map(tuple, tests.F.tolist()), strict=True)):
@@ -245,7 +252,7 @@ def _are_new(store: Store, model: Model, tests: TestTable, remarks: list[str]) -
         known[mark] -= 1
     if tests.schema.outputs and not is_new.all():
         remarks.append("Further outputs of known tests are not added: the model is noisy.")
-    return is_new
+    return store.keep(tests.take(is_new)), 0
 
 
 def _identity(source: Any, results: Columns) -> str:

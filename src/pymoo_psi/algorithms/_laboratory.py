@@ -197,26 +197,47 @@ def ask_tests(
             laboratory = _Laboratory(database)
         if n_tests == 0:
             return laboratory.frame(laboratory.pending)
-        n_points = n_tests
+        n_surrogates = 0
         if with_surrogates:
             n_known = len(laboratory.tests) + len(laboratory.pending)
-            n_points = min(n_tests, max(0, _POINTS - n_known))
-        known = laboratory.marks()
-        designs = _points_of_sequence(model, options, known, n_points)
-        proposals = [Proposal(0, 0, store.origin, {"design": design}) for design in designs]
-        n = n_tests - n_points
-        if n > 0:
-            from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
-
-            pending = [*map(laboratory.design, laboratory.pending), *designs]
-            rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
-            last = max(rounds, default=0)
-            X = proposed_now(model, store.whole(), pending, n, options.seed or 0, last)
-            for design in _unknown_designs(model, X, known, n):
-                proposals.append(Proposal(0, last + 1, "surrogates", {"design": design}))
+            n_surrogates = max(0, n_tests - max(0, _POINTS - n_known))
+        proposals = _proposals(model, options, store, laboratory, n_tests, n_surrogates)
         with store.study.changes() as database:
             tests = [laboratory.assign(database, store.run, proposal) for proposal in proposals]
         return laboratory.frame(tests)
+
+
+def _proposals(
+    model: Model,
+    options: RunOptions,
+    store: Store,
+    laboratory: _Laboratory,
+    n: int,
+    n_surrogates: int,
+) -> list[Proposal]:
+    """Return n designs that are neither tested nor pending, of which surrogates propose the last.
+
+    Args:
+        model: The model.
+        options: The options of the run.
+        store: The study.
+        laboratory: Its tests.
+        n: How many designs.
+        n_surrogates: How many of these surrogates propose; the others are points of the sequence.
+    """
+    known = laboratory.marks()
+    designs = _points_of_sequence(model, options, known, n - n_surrogates)
+    proposals = [Proposal(0, 0, store.origin, {"design": design}) for design in designs]
+    if n_surrogates > 0:
+        from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
+
+        pending = [*map(laboratory.design, laboratory.pending), *designs]
+        rounds = [proposal.round for _, proposal in laboratory.proposals.values()]
+        last = max(rounds, default=0)
+        X = proposed_now(model, store.whole(), pending, n_surrogates, options.seed or 0, last)
+        for design in _unknown_designs(model, X, known, n_surrogates):
+            proposals.append(Proposal(0, last + 1, "surrogates", {"design": design}))
+    return proposals
 
 
 def _points_of_sequence(
