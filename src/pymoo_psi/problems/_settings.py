@@ -38,7 +38,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import cells_of_text
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._pymoo import NO_OUTPUTS
-from pymoo_psi.table import Expression, Limit, sides_of_text
+from pymoo_psi.table import Expression, Limit, limit_of_text
 
 BRACES = "{name}"
 
@@ -516,8 +516,7 @@ def limits_on_outputs(texts: Any, outputs: Entries) -> dict[str, Limit]:
         return limits
     for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
         known_name("what is limited", output, outputs, "variables have bounds and requirements")
-        sides = sides_of_text(f"the limit on {output}", text)
-        limits[output] = Limit.of(output, (sides.get(">="), sides.get("<=")))
+        limits[output] = limit_of_text(f"the limit on {output}", text)
     return limits
 
 

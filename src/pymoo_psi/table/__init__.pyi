@@ -21,9 +21,9 @@ from ._expression import Expression as Expression
 from ._limits import Limits as Limits
 from ._limits import entries_of as entries_of
 from ._limits import entry_of as entry_of
+from ._limits import limit_of_text as limit_of_text
 from ._limits import limits_of as limits_of
 from ._limits import require_decimal_points as require_decimal_points
-from ._limits import sides_of_text as sides_of_text
 from ._limits import texts_of as texts_of
 from ._schema import BY_ALGORITHM as BY_ALGORITHM
 from ._schema import BY_PEOPLE as BY_PEOPLE

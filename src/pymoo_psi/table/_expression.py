@@ -22,9 +22,9 @@ from pymoo_psi._validation import (
     Received,
     Values,
     finite_number,
+    instance,
     invalid,
     known_name,
-    wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import real_column
@@ -101,8 +101,7 @@ class Expression:
             ArgumentValueError: It is no such text, or nested too deep.
             ArgumentTypeError: It is not a text.
         """
-        if not isinstance(text, str):
-            raise wrong_type("an expression", "text", text)
+        instance("an expression", text, str)
         plain, operands = _with_placeholders(text)
         try:
             _put_functions(operands, plain)

@@ -83,25 +83,23 @@ class Limit(NamedTuple):
         """
         argument = f"{column!r} in limits"
         if isinstance(value, str) and re.search("[<>=]", value):
-            sides = sides_of_text(argument, value)
-            value = (sides.get(">="), sides.get("<="))
+            return limit_of_text(argument, value)
         if isinstance(value, (str, bool, np.bool_)):
             value = [str(value)]
-        if isinstance(value, Limit):
-            limit = value
-        elif not isinstance(value, (tuple, list)):
+        limit = value
+        if not isinstance(value, (tuple, list)):
             limit = cls(upper=value, is_bare=True)
-        elif all(isinstance(text, str) for text in value):
-            return cls(texts=tuple(value))
-        elif len(value) == 2:
+        elif not isinstance(value, Limit):
+            if all(isinstance(text, str) for text in value):
+                return cls(texts=tuple(value))
+            if len(value) != 2:
+                raise wrong_type(argument, _FORM, value)
             low, high = value
             limit = cls(-math.inf if low is None else low, math.inf if high is None else high)
-        else:
-            raise wrong_type(argument, _FORM, value)
         low = _end(argument, limit.lower)
         high = _end(argument, limit.upper)
         is_bare = limit.is_bare and high < math.inf
-        return limit._replace(lower=low, upper=high, is_bare=is_bare)._checked(argument)
+        return cls(low, high, limit.texts, is_bare)._checked(argument)
 
     def _checked(self, argument: str) -> Limit:
         """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
@@ -320,16 +318,16 @@ def _limit_of_entry(entry: str, argument: str) -> tuple[str, Limit]:
             Received(entry or "nothing"),
             "join limits by commas; use <= or >=, plain numbers with a decimal point, and no units",
         )
-    ends = {">=": -math.inf, "<=": math.inf}
+    ends: dict[str, float] = {}
     if match["left"]:
         ends[_TURNED[match["left"]]] = finite_number(argument, float(match["first"]))
     if match["right"]:
         ends[match["right"]] = finite_number(argument, float(match["last"]))
-    return match["name"], Limit(ends[">="], ends["<="])
+    return match["name"], Limit(ends.get(">=", -math.inf), ends.get("<=", math.inf))
 
 
-def sides_of_text(argument: str, text: str) -> dict[str, float]:
-    """Return the sides of a limit such as ``">= 1, <= 5"``: numbers by sign.
+def limit_of_text(argument: str, text: str) -> Limit:
+    """Return a limit such as ``">= 1, <= 5"``.
 
     Args:
         argument: What messages call the limit.
@@ -339,16 +337,16 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         ArgumentValueError: The text is something else, or gives a side twice.
 
     Example:
-        >>> sides_of_text("the limit on stress", ">= 1, <= 250")
-        {'>=': 1.0, '<=': 250.0}
+        >>> limit_of_text("the limit on stress", ">= 1, <= 250").plain
+        [1, 250]
     """
-    sides: dict[str, float] = {}
+    ends: dict[str, float] = {}
     for part in str(text).split(","):
         side = _SIDE.fullmatch(part)
-        if side is None or side["sign"] in sides:
+        if side is None or side["sign"] in ends:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        sides[side["sign"]] = finite_number(argument, float(side["number"]))
-    return sides
+        ends[side["sign"]] = finite_number(argument, float(side["number"]))
+    return Limit(ends.get(">=", -math.inf), ends.get("<=", math.inf))._checked(argument)
 
 
 def require_decimal_points(texts: Names, argument: str) -> None:

@@ -109,7 +109,7 @@ class Column(NamedTuple):
         unit = instance(f"the unit of {self.name!r}", self.unit, str).strip()
         kind = self.kind
         if kind is not None:
-            kind = Kind(known_name(f"the kind of {self.name!r}", kind, _KINDS))
+            kind = Kind(kind)
         lower = _bound(self.lower)
         upper = _bound(self.upper)
         if lower is not None and upper is not None and lower > upper:
@@ -120,7 +120,6 @@ class Column(NamedTuple):
         return self._replace(kind=kind, unit=unit, lower=lower, upper=upper)
 
 
-_KINDS = [kind.value for kind in Kind]
 _NAME = attrgetter("name")
 _checked = lru_cache(Column.checked)  # a schema is made of another one's columns, as a rule
 
