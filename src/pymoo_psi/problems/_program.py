@@ -122,9 +122,10 @@ class ProgramProblem(ElementwiseProblem):
         log: Variables of logarithmic scale.
 
     Raises:
-        ArgumentValueError: A section cannot be used, a file or the program is missing, or a
-            variable is used nowhere.
+        ArgumentValueError: A section cannot be used, the program is missing, or a variable is used
+            nowhere.
         ArgumentTypeError: A value has the wrong type.
+        OSError: A file of the template is missing.
 
     Example:
         >>> problem = ProgramProblem(
@@ -202,7 +203,7 @@ class ProgramProblem(ElementwiseProblem):
 
         Raises:
             ArgumentValueError: It is no TOML, or a section cannot be used; see the class.
-            OSError: The file cannot be opened.
+            OSError: The file, or one of the template, cannot be opened.
         """
         path = Path(path)
         needed: Values = dict.fromkeys(("variables", "program", "outputs", "objectives"))
@@ -229,7 +230,7 @@ class ProgramProblem(ElementwiseProblem):
         self._check_placeholders()
 
     def _check_files(self) -> None:
-        """Refuse a missing program, template or file, and runs within the template."""
+        """Refuse a missing program or template, and runs within the template."""
         program = self.program
         template = self._template
         if program.template:
@@ -251,14 +252,6 @@ class ProgramProblem(ElementwiseProblem):
                 word,
                 "install it, or give its whole path",
             )
-        for file in program.files:
-            if not program.template or not (template / file).is_file():
-                raise invalid(
-                    "files",
-                    "files in the folder of the template",
-                    file,
-                    "put it there, or leave it out of files",
-                )
 
     def _check_placeholders(self) -> None:
         """Refuse what could be a placeholder and is none, and variables that are used nowhere.
