@@ -178,7 +178,7 @@ def test_the_home_folder_is_found_behind_an_equals_sign(said, monkeypatch, tmp_p
 def test_a_log_shows_that_a_run_goes_on(run, said, monkeypatch, words, note, undrawn):
     """Without a terminal there is no bar, and a slow model would run for hours without a word."""
     assert run(*words.split())[2] == ""
-    monkeypatch.setattr("pymoo_psi.algorithms._progress._EVERY", 0.0)
+    monkeypatch.setattr("pymoo_psi.algorithms._run._EVERY", 0.0)
     log = said(*words.split())
     assert log.splitlines()[-1].startswith("100% done")
     assert note in log

@@ -23,10 +23,10 @@ from ._nsga3 import population_size as population_size
 from ._nsga3 import reference_directions as reference_directions
 from ._nsga3 import run_within_budget as run_within_budget
 from ._nsga3 import vary_logarithms as vary_logarithms
-from ._progress import progress_bar as progress_bar
 from ._psi import PointAlgorithm as PointAlgorithm
 from ._run import Run as Run
 from ._run import by_number as by_number
+from ._run import progress_bar as progress_bar
 from ._run import repeated_tests as repeated_tests
 from ._run import run_of_sequence as run_of_sequence
 from ._sources import Points as Points

@@ -36,8 +36,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.algorithms._executor import kept_rows, needed_tests
 from pymoo_psi.algorithms._model import warn_if_all_failed
-from pymoo_psi.algorithms._progress import progress_bar
-from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
+from pymoo_psi.algorithms._run import Run, by_number, progress_bar, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import SETTINGS, Keep, Points, RunOptions
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats

@@ -9,10 +9,13 @@ For the same points the table is the same for any number of workers and any size
 from __future__ import annotations
 
 import json
+import math
+import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from datetime import timedelta
 from functools import partial
 from typing import Any
 
@@ -48,6 +51,7 @@ SECONDS = 1.0
 COMPUTED = 20.0
 SourceOf = Callable[[Points, int, Model, Executor, Store], Source]
 _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
+_EVERY = 60.0  # seconds between two lines of a log
 
 
 # The states of a point, in their order.
@@ -458,10 +462,11 @@ def run_of_sequence(
         executor.learn(store.known())
     if source_of is not None:
         source = source_of(points, n_all, model, executor, store)
-    elif sampling.extendable and options.share is None:
-        source = PlannedPoints(points, partial(unit_points, options, n_dim=n_dim))
     else:
-        source = PlannedPoints(points)
+        continued = None
+        if sampling.extendable and options.share is None:
+            continued = partial(unit_points, options, n_dim=n_dim)
+        source = PlannedPoints(points, continued)
     return Run(model, source, executor, store, n_all)
 
 
@@ -505,3 +510,59 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
     if (np.diff(table.numbers) < 0).any():
         table = table.take(np.argsort(table.numbers, kind="stable"))  # faster for a few runs
     return table
+
+
+# Progress
+
+
+@contextmanager
+def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
+    """Give a function that shows a share of 1 and a note; it does nothing without ``progress``.
+
+    It shows them, and the time left, on pymoo's bar in a terminal or a notebook, elsewhere in a
+    line of standard error now and then.
+    """
+    if not progress:
+        yield lambda share, note="": None
+        return
+    from pymoo.util.display.progress import ProgressBar
+
+    ipython = sys.modules.get("IPython")
+    is_notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+    # A service may have no output at all.
+    if not is_notebook and (sys.stdout is None or not sys.stdout.isatty()):
+        yield _shown_on(None)
+        return
+    # The bar's own statistics are wrong: a hundredth of the rate ("0.2%/s" for 20), and a time left
+    # that counts tests known before as tests of this run. A notebook keeps every state of a line.
+    pause = 1.0 if is_notebook else 0.0
+    with ProgressBar(stats=False, stats_end=False, refresh_secs=pause) as bar:
+        yield _shown_on(bar)
+
+
+def _shown_on(bar: Any) -> Callable[..., None]:
+    """Return what shows a share and a note on a bar, or in lines without one."""
+    due = time.monotonic() + _EVERY
+    since = 0.0
+    known = 0.0  # the first share, which was known before the run
+
+    def show(share: float, note: str = "") -> None:
+        nonlocal due, since, known
+        now = time.monotonic()
+        parts = []
+        if note:
+            parts.append(note)
+        if known == 0:
+            since = now
+            known = share
+        elif known < share < 1:
+            seconds = (now - since) * (1 - share) / (share - known)
+            parts.append(f"{timedelta(seconds=math.ceil(seconds))} left")
+        if bar is not None:
+            bar.set(share)
+            bar.obj.text(", ".join(parts))
+        elif now >= due:
+            due = now + _EVERY
+            print(", ".join([f"{share:.0%} done", *parts]), file=sys.stderr, flush=True)
+
+    return show

@@ -22,9 +22,9 @@ it, each of which has some designs, or a piece of the points of a vectorised pro
 runners are given jobs by ``submit``, which returns a future (``_engine``); joblib asks for them by
 itself (``_joblib``). Guarded processes do the jobs of the last two (``_pool``, ``_worker``).
 
-Other subpackages also use :class:`Runner`, which all three are, :class:`FutureRunner`, which the
-last two are, :class:`Queue`, :func:`runner_of_jobs`, :func:`in_parallel` for tasks,
-:func:`raise_original`, :func:`run_program`, :func:`one_line` and :func:`same_folder`.
+Other subpackages also use :class:`Runner`, which all three are, :class:`Queue`,
+:func:`runner_of_jobs`, :func:`in_parallel` for tasks, :func:`raise_original`, :func:`run_program`,
+:func:`one_line` and :func:`same_folder`.
 """
 
 from pymoo_psi._names import attach_names

@@ -7,7 +7,6 @@ from ._joblib import JoblibRunner as JoblibRunner
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._engine import FutureRunner as FutureRunner
 from ._evaluation import one_line as one_line
 from ._evaluation import same_folder as same_folder
 from ._joblib import in_parallel as in_parallel
