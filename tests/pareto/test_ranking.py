@@ -77,11 +77,12 @@ def test_a_table_is_ranked_under_its_formulation():
     m=st.integers(1, 6),
     levels=st.sampled_from([2, 5, 1000]),
     n=st.sampled_from([70, 300]),
+    size=st.sampled_from([1.0, 1e300, 1e-300]),
 )
-def test_nondominated_agrees_with_all_pairs(seed, m, levels, n):
+def test_nondominated_agrees_with_all_pairs(seed, m, levels, n, size):
     """Many values are equal, and some are a zero with a sign."""
     rng = np.random.default_rng(seed)
-    F = np.round(rng.dirichlet(np.ones(m), size=rng.integers(0, n)) * levels)
+    F = np.round(rng.dirichlet(np.ones(m), size=rng.integers(0, n)) * levels) * size
     F[rng.random(F.shape) < 0.02] = -0.0
     assert nondominated(F).tolist() == best_rows(F)
 
@@ -119,17 +120,6 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
 )  # fmt: skip
 def test_mistakes(F, options, kind, message):
     refused(message, rank_of_efficiency, F, error=kind, **options)
-
-
-@pytest.mark.parametrize("first", [[-2.0, 1.0], np.arange(-100.0, 100.0)])
-def test_large_sets_are_those_of_comparing_all_pairs(first):
-    """From 100 000 rows on, four objectives are filtered in slabs of the first; few are different."""
-    rng = np.random.default_rng(4)
-    designs = rng.integers(-3, 4, (200, 4)) * np.array([1.0, 1e300, 1e-300, 1.0])
-    designs[:, 0] = rng.choice(first, 200)
-    rows = rng.integers(0, 200, 100_000)
-    best = np.array(best_rows(designs))
-    np.testing.assert_array_equal(nondominated(designs[rows]), best[rows])
 
 
 @pytest.mark.parametrize("names", [["F", "opt"], ["feasible_ranking", "trades"], ["opt", "get"]])

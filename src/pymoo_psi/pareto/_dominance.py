@@ -18,10 +18,6 @@ from pymoo_psi._validation import Array, Mask, Rows, objective_matrix, real_arra
 
 Levels = Rows
 
-# Rows of four objectives that are filtered in slabs, and these: a chute of 2^20 tests takes a third
-# of the time, a simplex two thirds.
-_WORTH_SLABS = 100_000
-_SLABS = 20
 _READ = 1000  # designs; of more, nobody compares all
 _PAIRS = 1_000_000  # that are compared at once: a few megabytes
 _FEW = 128  # rows that are compared in pairs: it takes no longer, and moocore is not imported
@@ -97,9 +93,16 @@ def nondominated(F: ArrayLike) -> Mask:
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     if n <= _FEW:
         return ~dominated_by(F, F)
-    if m == 4 and n >= _WORTH_SLABS:
-        return _nondominated_in_slabs(F)
-    return _filtered(F)
+    import moocore  # here, as the import takes some 20 ms
+
+    # Rows that are sorted so save moocore (0.3) up to a third of the time.
+    column = 0
+    if m <= 3:
+        column = -1
+    order = np.argsort(F[:, column])
+    mask = np.empty(n, dtype=bool)
+    mask[order] = moocore.is_nondominated(F.take(order, axis=0), keep_weakly=True)
+    return mask
 
 
 def dominated_by(F: Array, others: Array) -> Mask:
@@ -137,36 +140,6 @@ def enough_digits(F: Array, formats: list[NumberFormat]) -> list[NumberFormat]:
         n_more = len(np.unique(written)) < len(np.unique(column))
         longer.append(replace(one, decimals=one.decimals + n_more))
     return longer
-
-
-def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
-    """Return moocore's mask of ``(n, m)`` rows, m >= 2, equal rows kept together or once."""
-    import moocore  # here, as the import takes some 20 ms
-
-    return np.asarray(moocore.is_nondominated(F, keep_weakly=keep_weakly))
-
-
-def _nondominated_in_slabs(F: Array) -> Mask:
-    """Return :func:`nondominated` of rows of four objectives, by slabs of the first.
-
-    Rows are sorted by it and cut, with equal values together. What dominates a row is in its slab
-    or in one before, where all rows are better in the first objective. Of these the front of the
-    other three is enough.
-    """
-    order = np.argsort(F[:, 0])
-    F = F.take(order, axis=0)
-    # Whole numbers in the place of the first objective: 0 is below all.
-    first = np.cumsum(np.append(True, F[1:, 0] > F[:-1, 0]))
-    starts = np.unique(np.searchsorted(first, first[:: -(-len(F) // _SLABS)]))
-    before = np.zeros((0, 4))
-    masks = []
-    for slab in np.split(np.column_stack([F[:, 1:], first]), starts[1:]):
-        masks.append(_filtered(np.vstack([before, slab]))[len(before) :])
-        better = np.vstack([before, slab[masks[-1]]])[:, :3]
-        before = np.insert(better[_filtered(better, keep_weakly=False)], 3, 0, axis=1)
-    mask = np.empty(len(F), dtype=bool)
-    mask[order] = np.concatenate(masks)
-    return mask
 
 
 def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:
