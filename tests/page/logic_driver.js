@@ -24,7 +24,10 @@ function asked({payload, state, answers}) {
   const counted = Logic.countedAnswers(ranking, answers)
   const model = new Logic.Preferences(ranking)
   return {
-    said: [...Array(counted.length + 1).keys()].map((k) => model.after(counted.slice(0, k))),
+    said: [...Array(counted.length + 1).keys()].map((k) => {
+      const {shares, texts, ...said} = model.after(counted.slice(0, k))
+      return {...said, shares: [...shares], texts: [...texts]}
+    }),
   }
 }
 

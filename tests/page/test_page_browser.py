@@ -579,6 +579,17 @@ def test_rows_are_moved_hidden_and_shown_again(reader):
     assert rows_of(reader) == ["mass", "strength", "cost, total"]
 
 
+@pytest.mark.slow
+def test_from_nine_on_rows_are_folded(show):
+    frame = pd.DataFrame(np.random.default_rng(4).random((30, 12))).add_prefix("objective ")
+    reader = show(decision_page(frame, [*frame]))
+    assert rows_of(reader) == [*frame][:8]
+    reader.set(limits={"objective 10": [None, 0.9]})
+    assert reader.text("#fold") == "Show 4 more, 1 with a limit"
+    reader.click("#fold")
+    assert rows_of(reader) == [*frame]
+
+
 def test_axes_over_decades_are_logarithmic(show):
     frame = pd.DataFrame({"life": 10.0 ** np.arange(7), "cost": np.arange(7.0)})
     reader = show(decision_page(frame, Formulation(["life", "cost"], maximize=["life"])))

@@ -273,8 +273,11 @@ def test_questions_and_what_answers_say_are_those_of_python(persons):
         for (best, regret, shares, pair), one in zip(said, found["said"], strict=False):
             assert names[one["row"]] == best
             assert one["regret"] == pytest.approx(regret, abs=1e-7)
+            kept = {names[row]: share for row, share in one["shares"] if share > 1e-12}
+            positive = np.flatnonzero(shares > 1e-12)
+            assert kept == pytest.approx({person.ranking.name_of(i): shares[i] for i in positive})
             texts = zip(person.ranking.objectives.labels, percents(shares), strict=True)
-            assert (best, one["share"]) in texts
+            assert {(names[row], text) for row, text in one["texts"]} <= {*texts}
             asked = one["question"]
             assert (asked and tuple(names[row] for row in asked)) == pair
             n_asked += pair is not None

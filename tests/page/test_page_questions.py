@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Decision, Preferences, read_table
+from pymoo_psi._numbers import percents
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
@@ -105,6 +106,29 @@ def test_people_take_turns_on_one_page(show):  # noqa: F811
     for button, names in (("Remove: Ann", ["Ben"]), ("Undo", ["Ann", "Ben", "Ann"])):
         reader.click(reader.page.get_by_role("button", name=button, exact=True))
         assert [one["name"] for one in reader.state["positions"]] == names
+
+
+@pytest.mark.slow
+def test_shares_of_two_people_and_what_suits_both(show):  # noqa: F811
+    reader = show(page_of(CARS))
+    shares, written = {}, []
+    for name, answers in (
+        ("Ann", [["Town", ">", "Coast"], ["Lane", ">", "Country"]]),
+        ("Ben", [["Coast", ">", "Town"], ["Tour", ">", "Lane"], ["Gone", ">", "Town"]]),
+    ):
+        reader.set(answers=answers)
+        reader.keep_position(name)
+        person = Preferences(read_table(CARS, ASKED))
+        for one, _, other in answers[:2]:
+            person.answer(one, other)
+        shares[name] = dict(zip(CARS.index, person.shares, strict=True))
+        written.append(dict(zip(CARS.index, percents(person.shares), strict=True)))
+    common = max(CARS.index, key=lambda car: min(of[car] for of in shares.values()))
+    assert reader.text("#shares-words").startswith(f"{common} has a share of ")
+    for line in reader.page.locator("#shares-table tbody tr").all_inner_texts():
+        car, *texts = line.replace("\N{NO-BREAK SPACE}", " ").split("\t")
+        assert texts == [of[car] for of in written]
+    assert len(reader.state["positions"][1]["answers"]) == 3  # the design may come back
 
 
 @pytest.mark.slow

@@ -45,12 +45,12 @@ function showQuestions() {
   if (dragging || $("questions").hidden) return
   question = null
   if (ranking.count) {
-    const {row, counting, share, regret, question: next} = said(state.answers)
+    const {row, counting, texts, regret, question: next} = said(state.answers)
     const leftOut = state.answers.length - counting.length
     const n = counting.filter(([, relation]) => relation !== "?").length
     question = next
     renew("answer-words",
-      make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share, regret: percent(regret)})),
+      make("p", sentence(n ? "preferred" : "unanswered", {answers: counted(n, "answer"), design: called(row), share: texts.get(row), regret: percent(regret)})),
       n > 0 && make("div.buttons", chooseButton(row), rowButton("Inspect", inspect, row)),
       !question && make("p", sentence(regret < ENOUGH ? "enough" : "none left")),
       leftOut && make("p.warning", sentence("answers left out", {answers: counted(leftOut, "answer")})))
@@ -59,6 +59,27 @@ function showQuestions() {
   renew("pair", question && [card(...question, "a"), card(...question.toReversed(), "b")])
   $("other-answers").disabled = !question
   $("back").disabled = !state.answers.length
+}
+
+// Of several people the shares of designs: first the one with the greatest smallest share.
+function showShares() {
+  if (dragging) return
+  const held = latest(state.positions).filter(({answers}) => answers.length)
+  const isShown = held.length > 1 && ranking.count > 0
+  show("shares", isShown)
+  if (!isShown) return
+  const all = held.map(({answers}) => said(answers))
+  const rows = [...model.candidates]
+  const [least, most] = [1, -1].map((sign) => rows.map((row) => endOf(all.map(({shares}) => shares.get(row)), sign)))
+  const [common] = bySize(least)
+  const shown = unique([common, ...bySize(most).slice(0, 5)]).map((k) => rows[k])
+  renew("shares-table",
+    make("thead", make("tr", head("col", "best for"), held.map(({name}) => head("col", name)))),
+    make("tbody", shown.map((row) => make("tr", head("row", inspectButton(row)),
+      all.map(({texts}) => make("td.number", texts.get(row)))))))
+  const last = all.find(({shares}) => shares.get(shown[0]) === least[common])
+  const key = least[common] < 0.01 ? "no common" : "common"
+  renew("shares-words", sentence(key, {design: called(shown[0]), share: last.texts.get(shown[0])}))
 }
 
 $("questions").onclick = ({target}) => ANSWERS[target.value]?.()

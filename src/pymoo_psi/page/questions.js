@@ -69,7 +69,8 @@ class Preferences {
 
   // What answers say: lists of a row, a relation and another row, all of the front.
   //   row, regret    the proposal and its expected regret
-  //   share          the probability that it is the best, in per cent
+  //   shares         the probability that a row is the best, a Map
+  //   texts          these in per cent
   //   question       two rows, or null where another answer is not worth it
   after(answers) {
     const rows = unique([...this.candidates, ...answers.filter(([, relation]) => relation === ">").map(([one]) => one)])
@@ -88,11 +89,13 @@ class Preferences {
     const regret = max(0, 1 - expected[best])
     const likely = rows.map(() => 0)
     this.winners.forEach((k, w) => { likely[k] += chances[w] })
-    const share = percents(likely)[best]
+    const byRow = (list) => new Map(rows.map((row, k) => [row, list[k]]))
+    const shares = byRow(likely)
+    const texts = byRow(percents(likely))
     likely[best] += 1
     const likeliest = bySize(likely).slice(0, LIKELIEST).map((k) => rows[k])
     const question = regret < ENOUGH ? null : this.question(chances, likeliest, answers)
-    return {row: rows[best], regret, share, question}
+    return {row: rows[best], regret, shares, texts, question}
   }
 
   // The rows of two of the likeliest designs after whose comparison the proposal is expected to be

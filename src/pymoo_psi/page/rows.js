@@ -3,7 +3,9 @@
 // axes.js draws on the axes.
 
 const STEPS = 1000 // of a slider, finer than a pixel
+const FOLDED = 8 // rows that are shown unless more are asked for
 const controls = new Map()
+let isUnfolded = false
 
 // The axis of an objective to be minimised runs from its greatest value at the left: right is better.
 const isTurned = (column) => isObjective(column) && !column.maximize
@@ -143,14 +145,23 @@ for (const group of $("further").children) {
   }
 }
 
+$("fold").onclick = () => {
+  isUnfolded = !isUnfolded
+  update()
+}
+
 function showRows() {
+  const columns = objectivesInOrder()
   const table = $("objectives")
-  const rows = objectivesInOrder().map((column) => controls.get(column).row)
+  const rows = columns.slice(0, isUnfolded ? Infinity : FOLDED).map((column) => controls.get(column).row)
   const [heading, ...present] = table.children
   if (rows.length !== present.length || rows.some((row, k) => row !== present[k])) {
     table.replaceChildren(heading, ...rows)
     formerEnds = undefined
   }
+  const folded = columns.slice(FOLDED)
+  const limited = folded.filter(limitOf).length
+  renew("fold", folded.length && (isUnfolded ? `Show ${FOLDED} only` : `Show ${folded.length} more${limited ? `, ${limited} with a limit` : ""}`))
   renew("hidden", state.hidden.map((name) => button(`Show ${name}`, () => toggleRow("hidden", name))))
   renew("value-head", verdict && roleOf(verdict.row))
   for (const control of controls.values()) if (control.row.isConnected) showRow(control)

@@ -116,6 +116,7 @@ function follow() {
   showSteps()
   if (!dragging) showCompare() // below all that a hand on a slider looks at
   showQuestions()
+  showShares()
   showPositions()
   showPreference()
   showTable()
