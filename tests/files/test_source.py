@@ -221,7 +221,6 @@ FILES = {
     "texts alone": ("a,b\nx,u\ny,v\n", {}, "01067, got none; to rank"),
     "variables alone": ("x1,x2,x3\n1,2,3\n2,3,1\n", {}, r"without labels, variables and codes such as 01067, got none; to rank .*, name them by Formulation"),
     "an objective that is not there": (RANKED, {"objectives": ["f3"]}, "objectives must be one of"),
-    "lines of JSON": ('[{"a": 1, "b": 2}]', {"skip_rows": [1]}, "must be left out for JSON"),
     "results alone": ("status,violated,reason,pareto\nok,,,True\n", {"objectives": ["f1"]}, "objectives must be one of no names"),
     "no list of designs": ('{"a": 1}', {}, "no list of designs"),
     "a list of designs and a number": ('[{"a": 1}, 2]', {}, "no list of designs"),

@@ -24,7 +24,6 @@ from pymoo_psi._numbers import number
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.analysis._switching import rounded_text
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import listed
 from pymoo_psi.table import (
     EQUALITY,
@@ -81,9 +80,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     mask, names = table.violations()
     alone = _alone(mask)
     schema = table.schema
-    limits = [Limit(upper=0.0)] * len(schema.with_role(INEQUALITY))
-    limits += [Limit(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
-    limits += table.limits.values()
+    limits = _limits(table)
     is_text = [limit.texts is not None for limit in limits]
     columns = {
         "lower": np.where(is_text, np.nan, [limit.lower for limit in limits]),
@@ -97,7 +94,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     F = pd.DataFrame(np.where(is_complete, table.F, np.nan))
     best = schema.sign * [F[rows].min() for rows in (table.feasible(), *alone.T)]
     for name, (of_feasible, *of_alone) in zip(schema.objectives, best.T, strict=True):
-        columns[f"{name}_feasible"] = np.full(len(names), of_feasible)
+        columns[f"{name}_feasible"] = of_feasible
         columns[f"{name}_alone"] = np.array(of_alone)
     return pd.DataFrame(columns, pd.Index(names, name="constraint", dtype=object))
 
@@ -107,24 +104,27 @@ def _alone(violated: Mask) -> Mask:
     return np.asarray(violated & (violated.sum(axis=1, keepdims=True) == 1))
 
 
+def _limits(table: TestTable) -> list[Limit]:
+    """Return the constraints of a table as limits on their values, and then its limits."""
+    schema = table.schema
+    limits = [Limit(upper=0.0)] * len(schema.with_role(INEQUALITY))
+    limits += [Limit(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
+    return [*limits, *table.limits.values()]
+
+
 def limit_words(table: TestTable) -> list[str]:
     """Return the constraints and then the limits of a table in words: "price at most 1400 €"."""
-    schema = table.schema
-    units = schema.units
+    constraints = table.schema.constraints
+    units = table.schema.units
     texts = []
-    for name in schema.constraints:
-        limits: dict[str, Limit] = {}
-        if re.search("[<=>]", name):
-            with suppress(ArgumentValueError):  # a rule on several columns says it by itself
-                limits = limits_of([name])
-        elif schema[name].role == INEQUALITY:
-            limits = {name: Limit(upper=0.0)}
-        else:
-            name = f"{name} = 0 within {number(schema.eq_tolerance)}"
-        words = [limit.in_words(column, units.get(column, "")) for column, limit in limits.items()]
-        texts.append(", ".join(words) or name)
-    for name, limit in table.limits.items():
-        texts.append(limit.in_words(name, units.get(name, "")))
+    for name, limit in zip((*constraints, *table.limits), _limits(table), strict=True):
+        text = limit.in_words(name, units.get(name, ""))
+        if name in constraints and re.search("[<=>]", name):  # the name says it
+            text = name
+            with suppress(ValueError):  # of a rule on several columns
+                [(column, stated)] = limits_of([name]).items()
+                text = stated.in_words(column, units.get(column, ""))
+        texts.append(text)
     return texts
 
 

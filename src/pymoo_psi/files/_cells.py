@@ -319,9 +319,8 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     frame, head = _with_index(frame.set_axis(names, axis="columns"))
     columns = {}
     for name, column in frame.items():
-        columns[name] = column.astype(object).where(column.notna(), None).tolist()
-        if column.dtype == object:
-            columns[name] = list(map(plain, columns[name]))
+        cells = column.astype(object).where(column.notna(), None)
+        columns[name] = list(map(plain, cells.tolist()))
     return Cells(columns, range(1, len(frame) + 1)), head
 
 
@@ -495,7 +494,7 @@ def _read(
     if "%" not in column.name and texts[0].endswith("%"):
         column = column._replace(unit="%")
     if np.array_equal(numbers[rows], last[rows]):
-        if _are_codes(column.cells):
+        if any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts)):
             return column._replace(codes=numbers)
         return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
@@ -513,12 +512,6 @@ def _read(
         problem=f"{cells.place(column.name, row)}, either {either}",
         remedy=f"state the decimal mark by {' or '.join(marks)}",
     )
-
-
-def _are_codes(cells: list[Any]) -> bool:
-    """Say whether the texts among cells are digits, those of one with a 0 in front."""
-    texts = [cell.strip() for cell in cells if isinstance(cell, str) and not is_blank(cell)]
-    return any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts))
 
 
 def _checked_texts(column: TextColumn, cells: Cells, marks: str) -> TextColumn:

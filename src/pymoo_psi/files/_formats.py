@@ -44,17 +44,12 @@ _KINDS = {  # the beginning of a file by what it is, and how to export it
         rb"\x80[\x02-\x05]",
         "export its table by to_csv of pandas, or use read_table(object) in Python",
     ),
-    "Feather or Arrow": (
-        rb"ARROW1|FEA1",
-        "export it by pandas.read_feather('FILE').to_csv('designs.csv')",
-    ),
     "a MAT-file of MATLAB": (rb"MATLAB 5\.0", "export it by writetable(T, 'designs.csv')"),
     "an old workbook (.xls), or one with a password": (
         rb"\xd0\xcf\x11\xe0",
         "save it as .xlsx without one, or as CSV",
     ),
     "compressed by gzip": (rb"\x1f\x8b", "unpack it"),
-    "a PDF": (rb"%PDF-", "export the table as CSV by the program that made it"),
 }
 
 

@@ -17,7 +17,6 @@ from shlex import quote
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, first_of, kind_of_cells
 from pymoo_psi._names import argument, name_of, named_as
@@ -119,7 +118,7 @@ _FAILURE = re.compile(
 _UPWARD = re.compile(
     r"[↑▲⬆]|[(\[](?:max\.?|maximi[sz]ed?|(?:more|higher|larger) is better)[)\]]", re.IGNORECASE
 )
-_FEW = 6  # the most words that a limit to be written lists
+_FEW = 6  # the most texts that a limit to be written lists
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -244,27 +243,17 @@ def _content(
 ) -> TestTable | tuple[Cells, Head]:
     """Return what a source holds: a table, or cells and their head, names without units."""
     kind = source_type(source)
-    if kind == "file":
-        path = Path(source)
-        if path.is_dir():
-            return tests_of_folder(path)
-        with path.open("rb") as stream:
-            content = _content_of_file(SourceFile(path, stream, encoding, skip_rows, sheet))
-    else:
+    content: Any
+    if kind != "file":
         if skip_rows:
             raise invalid("skip_rows", "left out for a source that is no file", skip_rows)
         content = _content_of_object(source, kind)
-    if isinstance(content, TestTable) or MARK in content[1]:  # the head of one has all names
-        return content
-    cells, head = content
-    stated, _ = stated_by_designs(head)
-    names = names_of([*cells.columns], {**units, **stated.formulation.units})
-    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True))), head
-
-
-def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
-    """Return what a file holds, by its format."""
-    content = recognized(file).read(file)
+    elif Path(source).is_dir():
+        content = tests_of_folder(Path(source))
+    else:
+        with Path(source).open("rb") as stream:
+            file = SourceFile(Path(source), stream, encoding, skip_rows, sheet)
+            content = recognized(file).read(file)
     if isinstance(content, TestTable):
         return content
     cells, head = content
@@ -272,7 +261,11 @@ def _content_of_file(file: SourceFile) -> TestTable | tuple[Cells, Head]:
         import pandas as pd
 
         cells, _ = cells_of_frame(pd.DataFrame(dict(cells), dtype=object))
-    return cells, head
+    if MARK in head:  # it has all names
+        return cells, head
+    stated, _ = stated_by_designs(head)
+    names = names_of([*cells.columns], {**units, **stated.formulation.units})
+    return replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True))), head
 
 
 def _content_of_object(source: Any, kind: str) -> TestTable | tuple[Cells, Head]:
@@ -417,8 +410,11 @@ def _labels(cells: Cells) -> list[str]:
     """Return the columns that name or number the designs, by their names, the best one first."""
     labels = []
     for name, column in cells.columns.items():
-        is_trial = _word(name) in _TRIALS
-        if _word(name) in _LABELS and (not is_trial or _are_consecutive(_integers(column))):
+        is_label = _word(name) in _LABELS
+        if _word(name) in _TRIALS:
+            numbers = np.sort(_integers(column))
+            is_label = len(numbers) > 2 and _count_on(numbers)
+        if is_label:
             labels.append(name)
     return sorted(labels, key=lambda name: _LABELS.index(_word(name)))
 
@@ -440,25 +436,16 @@ def _label(columns: Mapping[str, TextColumn], labels: Names) -> str | None:
     if first is None or _NUMBERED.fullmatch(first):
         return best
     column = columns[first]
-    if column.numbers is not None or column.problem or (best and column.codes is not None):
+    names = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+    if len(names) < len(column.cells) or column.numbers is not None or column.problem:
         return best
-    texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
-    if len(texts) < len(column.cells):
-        return best
-    names = [*columns]
-    if (
-        best is None
-        or _word(best) not in _NAMING
-        or (columns[best].numbers is not None and names.index(first) < names.index(best))
-    ):
+    if best is None:
+        return first
+    order = [*columns]
+    is_behind = columns[best].numbers is not None and order.index(first) < order.index(best)
+    if column.codes is None and (is_behind or _word(best) not in _NAMING):
         return first
     return best
-
-
-def _are_consecutive(numbers: ArrayLike) -> bool:
-    """Whether three numbers or more are consecutive, in any order."""
-    ordered = np.sort(numbers)
-    return len(ordered) > 2 and _count_on(ordered)
 
 
 def _count_on(numbers: Array) -> bool:
@@ -736,7 +723,7 @@ def _failures(table: TestTable) -> list[str]:
         if 1 <= len(others) <= _FEW:
             limit = quote(Limit(texts=tuple(others)).written(name))
             remedy = f"to leave them out, say --limits {limit}, or limits= in Python"
-        remarks.append(f"{failed} with {listed(words[:_FEW])} as {name}; {remedy}.")
+        remarks.append(f"{failed} with {listed(words)} as {name}; {remedy}.")
     return remarks
 
 
@@ -745,7 +732,7 @@ def _incomplete(cells: Cells, table: TestTable, formulation: Formulation, drop: 
     objectives = table.schema.objectives
     lacking = ~np.isfinite([table.data[name] for name in objectives])
     for name, limit in formulation.combine_first(table.formulation).allowed.items():
-        if name in table.data and (limit.texts is not None or name not in table.schema.notes):
+        if name in table.data:
             excess = limit.excess(name, table.data[name])
             lacking &= (excess == 0) | np.isinf(excess)  # an unknown value is not beyond a limit
     rows = np.flatnonzero(lacking.any(axis=0)).tolist()

@@ -164,7 +164,7 @@ def _values(cells: Sequence[Any], kind: Kind, decimal: str) -> AnyArray:
     for cell, text in zip(cells, texts, strict=True):
         if decimal == "," and isinstance(cell, str):
             text = text.translate(SWAPPED)  # somebody's 1.250 is not 1.25
-        values.append(number(text.replace("_", " ") or "nan"))  # Python takes 1_0 for 10
+        values.append(number(text or "nan"))
     return np.array(values, DTYPES[kind])
 
 
