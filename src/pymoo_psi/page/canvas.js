@@ -140,11 +140,13 @@ function picture(section) {
     else g.fillRect(x, y, width, height)
   }
   g.textBaseline = "middle"
-  const draw = (element, text, {x, y, height}) => {
+  const draw = (element, text, {x, y, height}, width) => {
     if (!element.checkVisibility({visibilityProperty: true})) return
     const {fontWeight, fontSize, fontFamily, color} = getComputedStyle(element)
     g.font = `${fontWeight} ${fontSize} ${fontFamily}`
     g.fillStyle = color
+    g.letterSpacing = "0px"
+    if (width) g.letterSpacing = `${(width - g.measureText(text).width) / text.length}px` // digits of one width, as on the page
     g.fillText(text, x, y + height / 2)
   }
   const range = document.createRange()
@@ -154,7 +156,8 @@ function picture(section) {
     for (const {0: word, index} of node.data.matchAll(/\S+/g)) {
       range.setStart(node, index)
       range.setEnd(node, index + word.length)
-      draw(node.parentElement, word, range.getBoundingClientRect())
+      const spot = range.getBoundingClientRect()
+      draw(node.parentElement, word, spot, spot.width)
     }
   }
   for (const field of section.querySelectorAll("select, input[type=text]")) {
