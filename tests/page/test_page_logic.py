@@ -14,7 +14,6 @@ import pytest
 from pymoo_psi import Preferences, compare_designs, explain, rank_of_efficiency
 from pymoo_psi._numbers import NumberFormat, percents
 from pymoo_psi.analysis import separation_sentences, switching_sentences, switching_values
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.files import read_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
@@ -286,12 +285,10 @@ def test_questions_and_what_answers_say_are_those_of_python(persons):
 
 def test_states_keep_the_designs_of_python_and_come_back_from_files(cases, answers):
     """Limits on numbers and on texts; Python reads the same from the decision of the page."""
-    emptied = 0
     for case, k, found in answered(cases, answers):
         mask = case.mask(case.states[k])
         assert found["mask"] == [*mask.astype(int).tolist(), *[1] * (case.seed % 2)]
         assert (found["count"], found["remarks"]) == (mask.sum(), [])
-        emptied += not mask.any()
         assert found["opened"] == {"state": found["state"], "remarks": []}
         expected = json.loads(json.dumps(case.states[k]))
         for key in ("limits", "pins", "chosen", "weights", "aspiration", "reason", "decided"):
@@ -300,7 +297,6 @@ def test_states_keep_the_designs_of_python_and_come_back_from_files(cases, answe
         assert decision.pop("version") == 1
         table = read_table(case.frame, Decision.from_dict(decision), variables=["x"])
         assert table.feasible().tolist() == mask.tolist()
-    assert emptied < 10
 
 
 def test_places_and_order_are_those_of_python(rankings):
@@ -558,20 +554,13 @@ def test_what_a_page_opens_with_is_checked(cases):
     by_command = {"chosen": first, "reason": "Proposed after 1 answer."}
     said = opened(case, **by_command, positions=[{"name": "Dan", **by_command}])
     assert said["state"]["owners"] == {"reason": "Dan"}
-    weighted = Decision(positions=[{"name": "Cy", "weights": {name: 2.0, "gone": 1.0}}])
+    cy = {"name": "Cy", "date": "1 May 2026", "weights": {name: 2.0, "gone": 1.0}}
     pins = case.payload["names"][:5]
     gone = {"pins": ["nobody", *pins], "weights": {"gone": 1}}
-    found = opened(case, page={"state": gone}, positions=weighted.positions)
-    lost = "Not applied, as it does not fit these designs: pins, positions (weights), weights."
+    found = opened(case, page={"state": gone}, positions=[cy])
+    lost = "Not applied, as it does not fit these designs: pins, positions (date), positions (weights), weights."
     assert (found["remarks"], found["state"]["pins"]) == ([lost], pins)
     assert found["state"]["positions"][0]["weights"] == {name: 2.0}
-
-
-def is_date(date):
-    try:
-        return bool(Decision(positions=[{"name": "Ann", "date": date}]))
-    except ArgumentValueError:
-        return False
 
 
 def test_dates_and_the_order_of_positions_are_those_of_python(cases):
@@ -579,7 +568,6 @@ def test_dates_and_the_order_of_positions_are_those_of_python(cases):
         *("", "2026-05-01", "2028-02-29", "2026-05-01 10:30", "2026-05-01T10:30Z"),
         *("2026-05-01T23:59:59", "2026-05-01T10:30:00.5", "2026-05-01T08:30:00.49Z"),
         *("2026-05-01 12:30:00.50+02:00", "2026-05-01T10:30:00.12-23:59", "0099-12-31"),
-        *("yesterday", "1 May 2026", "20260501", "2026-W18-5", "2026-13-01", "2026-05-01T24:30"),
     ]
     held = [{"name": f"on {date}", "date": date} for date in dates]
     # Several positions of a person at one time, too: all in the order of Python.
@@ -591,9 +579,10 @@ def test_dates_and_the_order_of_positions_are_those_of_python(cases):
     ]
     random.Random(1).shuffle(held)
     found = opened(cases[0], positions=held)
-    assert any("date" in remark for remark in found["remarks"])
-    known = [one if is_date(one["date"]) else one | {"date": ""} for one in held]
-    assert found["state"]["positions"] == Decision(positions=known).positions
+    assert (found["remarks"], found["state"]["positions"]) == (
+        [],
+        Decision(positions=held).positions,
+    )
 
 
 def test_numbers_are_written_as_python_writes_them(cases):

@@ -156,7 +156,7 @@ const limitOf = (column) => entryOf(state.limits, column.name) ?? null
 function look(row) {
   if (row >= data.n) return "prototype"
   if (!ranking.pareto[row]) return "dominated"
-  return ranking.place[row] === 1 ? "proposed" : "other"
+  return ranking.best.includes(row) ? "proposed" : "other" // places are found after a step is painted
 }
 
 // On a scale over decades the digits follow the size of the number, not the range of the column.
