@@ -60,7 +60,6 @@ import pandas as pd
 from pymoo_psi._validation import (
     Array,
     Rows,
-    collection,
     job_count,
     known_names,
 )
@@ -250,7 +249,6 @@ def reproduce(
     """
     n_jobs = job_count("n_jobs", n_jobs)
     known_names("models", models, MODELS)
-    collection("mu", mu, "a list of friction coefficients", "one goes into a list too")
     pairs = [*product(dict.fromkeys(models), dict.fromkeys(mu))]
 
     def solved(pair: tuple[ModelName, float]) -> Case:

@@ -6,7 +6,6 @@ import pytest
 
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.paper import PAPER_MU, Reproduction, published_table, reproduce, solve_case
-from tests.helpers.refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -68,14 +67,3 @@ def test_processes_change_nothing(small):
     shared = reproduce(128, models=["rolling"], n_jobs=2).table_6_1()
     alone = small.table_6_1().query("model == 'rolling'")
     pd.testing.assert_frame_equal(alone.reset_index(drop=True), shared)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"mu": 0.4}, "mu must be a list of friction coefficients, got 0.4"),
-        ({"models": "full"}, "models must be a list of names, got 'full'"),
-    ],
-)
-def test_no_case_is_no_reproduction(options, message):
-    refused(message, reproduce, 16, **options)

@@ -16,7 +16,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.problems.functional import FunctionalProblem
 
-from pymoo_psi import FailureTolerant, Restricted, Robust, compare, investigate
+from pymoo_psi import FailureTolerant, Restricted, Robust, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import WrappedProblem
 from tests.helpers.parts import parts
@@ -178,13 +178,6 @@ def test_an_edited_default_is_another_model(study_file, wrap):
         problem = wrap(kind(**given))
         refused(said, investigate, problem, 4, study=study_file, error=StudyMismatchError)
         refused("of one problem", table.merge, investigate(problem, 4))
-
-
-def test_a_comparison_goes_on_with_an_argument_that_is_added(tmp_path):
-    options = {"n_evaluations": 8, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
-    compare(beam(load=1.0)(), **options)
-    assert len(compare(beam(load=1.0, loss=0.5)(), **options).runs) == 1
-    refused("another problem", compare, beam(load=2.0)(), error=StudyMismatchError, **options)
 
 
 class Weighed(WrappedProblem):

@@ -409,13 +409,11 @@ def _variable(name: str, where: str, variable: Any) -> Variable:
         where: Its name for messages.
         variable: The variable.
     """
-    options = tuple(getattr(variable, "options", ()))
     if isinstance(variable, Binary):
         return Variable(name, Kind.BINARY, 0.0, 1.0)
-    if isinstance(variable, Choice) and options:
+    if isinstance(variable, Choice):
+        options = tuple(variable.options)
         return Variable(name, Kind.CHOICE, 0.0, len(options) - 1.0, options)
-    if not isinstance(variable, (Real, Integer)):
-        raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", variable)
     kind = Kind.REAL
     low, high = np.array(variable.bounds, dtype=np.float64).tolist()  # NaN for None
     if isinstance(variable, Integer):  # the integers in between

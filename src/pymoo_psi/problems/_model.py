@@ -7,7 +7,6 @@ import inspect
 import json
 import os
 from collections.abc import Collection, Mapping
-from types import ModuleType
 from typing import Any
 
 import msgspec
@@ -217,8 +216,6 @@ def _constant(value: Any, objects: list[Any]) -> Any:
     def plain(part: Any) -> Any:
         if isinstance(part, (os.PathLike, Runner)):
             return None
-        if isinstance(part, ModuleType):
-            return part.__name__.rpartition(".")[2]
         if hasattr(part, "to_numpy"):  # of pandas and polars
             part = part.to_numpy()
         if isinstance(part, (np.ndarray, np.generic, range)):
@@ -226,7 +223,7 @@ def _constant(value: Any, objects: list[Any]) -> Any:
         # Functions and classes, without the module, which is another one for a script, a worker
         # process, or who imports it; a method with its object. Of lambdas, functions in functions
         # and those with values of another one, there may be several of a name.
-        name = getattr(part, "__qualname__", "<object>")
+        name = getattr(part, "__qualname__", getattr(part, "__name__", "<object>"))
         if "<" not in name and not getattr(part, "__closure__", None):
             owner = getattr(part, "__self__", None)
             return name if owner is None else [name, owner]

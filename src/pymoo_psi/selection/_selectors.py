@@ -240,8 +240,7 @@ class Preferred(RankingSelector):
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: An answer is no triple. Also by ``.do``, if it is not about two
-            Pareto-optimal designs.
+        ArgumentValueError: By ``.do``, if an answer is not about two Pareto-optimal designs.
 
     Example:
         >>> import numpy as np
@@ -260,9 +259,6 @@ class Preferred(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.answers: list[tuple[Any, str, Any]] = [*answers]
-        for answer in self.answers:
-            if len(answer) != 3:
-                raise invalid("an answer", "a triple such as ('A', '>', 'B')", answer)
         self.p = p
         self.factor = factor
 
