@@ -109,13 +109,12 @@ class Choice:
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
         self.explanation = explain(self.ranking, row=self.row)
-        self._cautions = cautions(self.ranking)
         subject = "Attention"
         self._beside: list[tuple[str, TestTable]] = []
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the proposal"
             self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
-        self.cautions = tuple(f"{subject}: {caution}" for caution in self._cautions)
+        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
         written = [table.take(~table.feasible() & ~table.failed())]
         if prototype is not None:
             written.append(prototype)
@@ -141,10 +140,7 @@ class Choice:
             text = "The best in every objective"
         elif self.explanation.best_in:
             text = f"The best in {_few(self.explanation.best_in)}"
-        text = f"{text} among the {counted(n, 'design')}{limits}."
-        if any(caution.kind == "tie" for caution in self._cautions):  # it says so
-            return text
-        return f"{text} {self.explanation.ties}".strip()
+        return f"{text} among the {counted(n, 'design')}{limits}. {self.explanation.ties}".strip()
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""
