@@ -49,6 +49,7 @@ _PENALTY = 1e4
 # A constraint that is met is taken to be this far below 0, in units of the median violation, where
 # violations do not say how far.
 _MET = 0.02
+_HUGE = 1e100  # the squares of larger values overflow
 # Prior mean of the logarithm of a trend's share of the variance.
 _LOG_TREND = -2.0
 # Kernels are fitted to at most this many tests. The time grows with the third power (a second for
@@ -158,7 +159,7 @@ def bounded(Y: Array) -> Array:
 
     NaN becomes the largest finite value of its column; values far from the median are cut.
     """
-    Y = Y.copy()
+    Y = np.where(np.isinf(Y), Y, np.clip(Y, -_HUGE, _HUGE))
     for y in Y.T:
         finite = y[np.isfinite(y)]
         if len(finite) == 0:
