@@ -175,7 +175,7 @@ class Recorded(WithTable, WrappedProblem):
         """
         return self._model.under_so_far(self._store.whole())
 
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+    def evaluate(self, X: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
@@ -185,7 +185,7 @@ class Recorded(WithTable, WrappedProblem):
             # numbers would be an output of the model.
             names = kwargs.get("return_values_of") or ["F"]
             kwargs["return_values_of"] = [*names, "test_point"]
-        out = super().evaluate(X, *args, **kwargs)
+        out = super().evaluate(X, **kwargs)
         if isinstance(out, dict):  # pymoo has made floats of the numbers
             out["test_point"] = out["test_point"].astype(np.int64)
         return out
