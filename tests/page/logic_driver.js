@@ -1,7 +1,7 @@
 // Runs the logic of the page on cases of the tests: node logic_driver.js < {script, cases} > answers.
 const {script, cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
-const names = ["Preferences", "checked", "countedAnswers", "csv", "decisionOf", "decode", "explain", "gainsOf", "limited", "metadata", "opened",
-  "ordered", "parsed", "preference", "ranked", "separation", "stateOf", "changesOf", "outcomeOf", "switches", "typed", "verdictOn", "written"]
+const names = ["checked", "countedAnswers", "csv", "decisionOf", "decode", "explain", "gainsOf", "limited", "metadata", "opened",
+  "ordered", "parsed", "preference", "preferencesOf", "ranked", "separation", "stateOf", "changesOf", "outcomeOf", "switches", "typed", "verdictOn", "written"]
 const Logic = Function(`${script}; return {${names}}`)()
 const list = (array) => [...array]
 
@@ -22,7 +22,7 @@ function asked({payload, state, answers}) {
   const {state: {limits, fixed}} = Logic.checked(state)
   const ranking = Logic.ranked(Logic.limited({limits}).mask, fixed ? data.fixed : null)
   const counted = Logic.countedAnswers(ranking, answers)
-  const model = new Logic.Preferences(ranking)
+  const model = Logic.preferencesOf(ranking)
   return {
     said: [...Array(counted.length + 1).keys()].map((k) => {
       const {shares, texts, ...said} = model.after(counted.slice(0, k))

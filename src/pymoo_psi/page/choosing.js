@@ -7,7 +7,7 @@ let question = null // the two rows that are asked about
 // What the answers that count say, `counting`, and the rest of it.
 function said(answers) {
   if (model?.front !== ranking.front) {
-    model = new Preferences(ranking)
+    model = preferencesOf(ranking)
     sayings = {}
   }
   const counting = countedAnswers(ranking, answers)

@@ -19,40 +19,37 @@ function firstGreatest(values) {
 //   candidates    what can be proposed: the designs that are the best for some weights
 //   scales        for each weight, the least distance and what is at stake
 //   winners       for each weight, which candidate is the best
-class Preferences {
-  constructor({front, frame}) {
-    this.front = front
-    const columns = data.F.map((column, j) => column.map((value) => max(0, (value - frame.ideal[j]) / frame.scale[j])))
-    const varied = columns.filter((column) => endOf(column, -1, front) > endOf(column, 1, front))
-    this.steps = varied.map((column) => {
-      const [low, high] = endsOf(column, front)
-      return column.map((term) => (term - low) / (high - low))
-    })
-    const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= ALIKE
-    this.terms = varied.filter((_, j) => this.steps.findIndex((other) => isAlike(other, this.steps[j])) === j)
-    this.weights = simplexWeights(data.points, this.terms.length)
-    const nearest = this.weights.map((_, w) => {
-      const distances = this.distances(w, front)
-      return front[distances.indexOf(endOf(distances, 1))]
-    })
-    this.candidates = Int32Array.from(new Set(nearest)).sort()
-    const some = front.filter((_, i) => i % ceil(front.length / AVERAGED) === 0)
-    this.scales = this.weights.map((_, w) => {
-      const least = endOf(this.distances(w, this.candidates), 1)
-      return [least, max(sum(this.distances(w, some)) / some.length - least, 1e-12)]
-    })
-    this.winners = this.valued(this.candidates).map(firstGreatest)
-  }
+function preferencesOf({front, frame}) {
+  const columns = data.F.map((column, j) => column.map((value) => max(0, (value - frame.ideal[j]) / frame.scale[j])))
+  const varied = columns.filter((column) => endOf(column, -1, front) > endOf(column, 1, front))
+  const steps = varied.map((column) => {
+    const [low, high] = endsOf(column, front)
+    return column.map((term) => (term - low) / (high - low))
+  })
+  const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= ALIKE
+  const terms = varied.filter((_, j) => steps.findIndex((other) => isAlike(other, steps[j])) === j)
+  const weights = simplexWeights(data.points, terms.length)
+  const nearest = weights.map((_, w) => {
+    const away = distancesBy(w, front)
+    return front[away.indexOf(endOf(away, 1))]
+  })
+  const candidates = Int32Array.from(new Set(nearest)).sort()
+  const some = front.filter((_, i) => i % ceil(front.length / AVERAGED) === 0)
+  const scales = weights.map((_, w) => {
+    const least = endOf(distancesBy(w, candidates), 1)
+    return [least, max(sum(distancesBy(w, some)) / some.length - least, 1e-12)]
+  })
+  const winners = valued(candidates).map(firstGreatest)
 
-  distances(w, rows) {
-    const weight = this.weights[w]
+  function distancesBy(w, rows) {
+    const weight = weights[w]
     const result = new Float64Array(rows.length)
     for (let k = 0; k < rows.length; k++) {
       let total = 0
       let square = 0
       let greatest = 0
-      for (let j = 0; j < this.terms.length; j++) {
-        const part = weight[j] * this.terms[j][rows[k]]
+      for (let j = 0; j < terms.length; j++) {
+        const part = weight[j] * terms[j][rows[k]]
         total += part
         square += part * part
         if (part > greatest) greatest = part
@@ -63,8 +60,8 @@ class Preferences {
   }
 
   // For each weight, values of designs: 1 for the best one, 0 for an average one.
-  valued(rows) {
-    return this.scales.map(([least, stake], w) => this.distances(w, rows).map((distance) => 1 - (distance - least) / stake))
+  function valued(rows) {
+    return scales.map(([least, stake], w) => distancesBy(w, rows).map((distance) => 1 - (distance - least) / stake))
   }
 
   // What answers say: lists of a row, a relation and another row, all of the front.
@@ -72,36 +69,36 @@ class Preferences {
   //   shares         the probability that a row is the best, a Map
   //   texts          these in per cent
   //   question       two rows, or null where another answer is not worth it
-  after(answers) {
-    const rows = unique([...this.candidates, ...answers.filter(([, relation]) => relation === ">").map(([one]) => one)])
-    let chances = this.weights.map(() => 1 / N_WEIGHTS)
+  function after(answers) {
+    const rows = unique([...candidates, ...answers.filter(([, relation]) => relation === ">").map(([one]) => one)])
+    let chances = weights.map(() => 1 / N_WEIGHTS)
     for (const [one, relation, other] of answers) {
       if (relation === "?") continue
-      this.valued([one, other]).forEach((values, w) => {
+      valued([one, other]).forEach((values, w) => {
         const c = chanceOf(...values)
         chances[w] *= relation === "=" ? 4 * c * (1 - c) : c
       })
       const total = sum(chances)
       chances = chances.map((chance) => chance / total)
     }
-    const expected = ofUnbeaten(expectedValues(chances, this.valued(rows)), rows, answers)
+    const expected = ofUnbeaten(expectedValues(chances, valued(rows)), rows, answers)
     const best = firstGreatest(expected)
     const regret = max(0, 1 - expected[best])
     const likely = rows.map(() => 0)
-    this.winners.forEach((k, w) => { likely[k] += chances[w] })
+    winners.forEach((k, w) => { likely[k] += chances[w] })
     const byRow = (list) => new Map(rows.map((row, k) => [row, list[k]]))
     const shares = byRow(likely)
     const texts = byRow(percents(likely))
     likely[best] += 1
     const likeliest = bySize(likely).slice(0, LIKELIEST).map((k) => rows[k])
-    const question = regret < ENOUGH ? null : this.question(chances, likeliest, answers)
+    const question = regret < ENOUGH ? null : questionOf(chances, likeliest, answers)
     return {row: rows[best], regret, shares, texts, question}
   }
 
   // The rows of two of the likeliest designs after whose comparison the proposal is expected to be
   // regretted least.
-  question(chances, likeliest, answers) {
-    const values = this.valued(likeliest)
+  function questionOf(chances, likeliest, answers) {
+    const values = valued(likeliest)
     const expected = expectedValues(chances, values)
     const rows = likeliest.slice(0, ASKED)
     const best = (list, winner, loser) => endOf(ofUnbeaten(list, likeliest, [...answers, [winner, ">", loser]]), -1)
@@ -109,7 +106,7 @@ class Preferences {
     let most = -Infinity
     rows.forEach((one, a) => rows.forEach((other, b) => {
       const pair = [one, other]
-      const visible = this.steps.filter((column) => abs(column[one] - column[other]) >= VISIBLE - TIE)
+      const visible = steps.filter((column) => abs(column[one] - column[other]) >= VISIBLE - TIE)
       const isKnown = answers.some(([first, , second]) => pair.includes(first) && pair.includes(second))
       if (b <= a || visible.length < 2 || isKnown) return
       const prefers = chances.map((chance, w) => chance * chanceOf(values[w][a], values[w][b]))
@@ -123,6 +120,7 @@ class Preferences {
     }))
     return question
   }
+  return {front, candidates, after}
 }
 
 // The values of rows without those that answers put below others, and not above these again.
