@@ -281,10 +281,6 @@ def test_mistakes(run, options, message):
             lambda: investigate(Problem(vars={"c": Choice(options=["x", None])}, n_obj=1), 4),
             "a value of c must be a number, True, False or text, got None; name options",
         ),
-        (
-            lambda: investigate(Problem(n_var=1, n_obj=1, xl=0, xu=1, vtype=np.float64), 4),
-            "vtype of the problem must be float, int or bool, got <class 'numpy.float64'>",
-        ),
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "keyword argument 'n_jobs'; give .* elementwise_runner=Jobli"),
         (lambda: minimize(CHUTE, PSI(8, study=5)), "study must be the name of a file, got 5"),

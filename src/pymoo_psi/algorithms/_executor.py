@@ -191,21 +191,19 @@ class Executor:
             n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
         return min(n_awaited + n_ahead, enough)
 
-    def submit(self, points: Points) -> Numbers:
+    def submit(self, points: Points) -> list[Block]:
         """Take points to evaluate, numbered above all earlier ones.
 
         Returns:
-            The numbers of those that need no evaluation.
+            The tests of those that need no evaluation.
         """
-        answers = self.answers(points)
-        answered = np.array([*answers], dtype=np.int64)
-        if answers:
-            block = self._block(points, answered, [*answers.values()])
-            self._answered.append(block)
+        answered = self.answers(points)
+        for block in answered:
+            points = points.without(block.numbers)
             if self._model.has_requirements:
                 is_met = self._model.meets_requirements(block.tests.X)
                 self._model.problem.n_not_run += np.count_nonzero(~is_met)
-            points = points.without(answered)
+        self._answered += answered
         if self.recurs:
             points = self._first_of_designs(points)
         if len(points) and not self.has_designs:
@@ -219,8 +217,8 @@ class Executor:
             self.queue.add(zip(numbers, designs, strict=True))
         return answered
 
-    def answers(self, points: Points) -> dict[int, Values]:
-        """Return values of the points for which the model is not called, by their numbers."""
+    def answers(self, points: Points) -> list[Block]:
+        """Return the tests of the points for which the model is not called, if there are any."""
         model = self._model
         answers = {}
         if self._known:
@@ -230,7 +228,9 @@ class Executor:
         if model.has_requirements:
             is_unmet = ~model.meets_requirements(points.matrix(model.space))
             answers |= dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
-        return answers
+        if not answers:
+            return []
+        return [self._block(points, [*answers], [*answers.values()])]
 
     def _keys(self, points: Points) -> list[str]:
         return self._model.keys(points.matrix(self._model.space))

@@ -298,21 +298,20 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _values_of_individual(self, individual: Individual) -> Values:
         """Return the values of an individual, which must be evaluated."""
-        model = self._run.model
-        problem = model.inner
+        problem = self._run.model.inner
+        values = {"failure": individual.get("failure")}
         sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
         for name, size in sizes.items():
-            shape = np.shape(individual.get(name))
-            # those of requirements and failures may follow the constraints of the model
-            if shape != (size,) and not (name == "G" and shape > (size,)):
+            # constraints of requirements and failures may follow those of the model
+            values[name] = individual.get(name)[:size]
+            if len(values[name]) != size:
                 rule = f"evaluated, with {name} of shape {(size,)} for each"
-                raise invalid("infills", rule, Received(f"shape {shape}"))
-        outputs = individual.data.get("outputs", ())
-        names = (*sizes, "failure", *outputs)
+                raise invalid("infills", rule, Received(f"shape {np.shape(values[name])}"))
+        for name in individual.data.get("outputs", ()):
+            values[name] = individual.data[name]
         if np.isfinite(individual.F).all():
-            model.require_outputs(names)
-        values = {name: individual.get(name) for name in names}
-        return values | {name: individual.data[name] for name in outputs}
+            self._run.model.require_outputs(values)
+        return values
 
     def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
         """Return individuals of points, with the values of those that are tested."""

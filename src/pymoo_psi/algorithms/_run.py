@@ -245,12 +245,8 @@ class Run:
     def known(self, points: Points) -> TestTable:
         """Return the tests of the points that need no evaluation, by number."""
         stored = self.store.recall(points)
-        answers = self.executor.answers(points.without(stored.numbers))
-        if not answers:
-            return stored
-        points = points.at(np.isin(points.numbers, [*answers]))
-        values = [answers[number] for number in points.numbers.tolist()]
-        return by_number([stored, self.model.tests(points, values)])
+        answered = self.executor.answers(points.without(stored.numbers))
+        return by_number([stored, *(block.tests for block in answered)])
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
@@ -407,7 +403,8 @@ class Run:
             points = points.without(stored.numbers)
             self._report(Block(stored.numbers, stored))
         if len(points):
-            self._ledger.mark(self.executor.submit(points), EVALUATED)
+            for block in self.executor.submit(points):
+                self._ledger.mark(block.numbers, EVALUATED)
 
     def _keep_evaluated(self) -> None:
         """Store and report the tests that are evaluated."""
