@@ -226,7 +226,7 @@ def test_limits_that_could_mean_two_things_are_refused(limits, message):
         ('{"page": {"a": -Infinity}}', "-Infinity is no finite number"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
         ('{"limits": {"mass": [null, 1e400]}}', "1e400 is no finite number"),
-        (f'{{"limits": {{"mass": 1{"0" * 400}}}}}', "10*... is no finite number|10* is no finite number"),
+        (f'{{"limits": {{"mass": 1{"0" * 400}}}}}', "too large to convert to float"),
         ('{"ranges": {"mass": [-1e400, 1]}}', "-1e400 is no finite number"),
         ('{"page": {"odd": [{"x": 1e400}]}}', "1e400 is no finite number"),
         ('{"chosen": 0}', "chosen must be of type str, got int"),

@@ -216,7 +216,6 @@ class Decision:
                 object_pairs_hook=distinct_keys,
                 parse_constant=_number,
                 parse_float=_number,
-                parse_int=_number,
             )
             if not isinstance(entries, dict):
                 raise invalid("it", "an object of JSON", entries)
@@ -224,7 +223,7 @@ class Decision:
             if version != _VERSION:
                 raise invalid("its version", f"{_VERSION}", version)
             return cls.from_dict(entries)
-        except (ValueError, TypeError, RecursionError) as error:
+        except (ValueError, TypeError, OverflowError, RecursionError) as error:
             raise ArgumentValueError(
                 f"{where} must be a decision, as Decision.to_json and 'Decision file' of the "
                 f"page write it: {error}"
@@ -310,7 +309,7 @@ def _number(text: str) -> float:
     number = float(text)
     if not np.isfinite(number):
         raise ValueError(f"{text:.20} is no finite number")
-    return int(text) if text.lstrip("-").isdecimal() else number
+    return number
 
 
 _DEFAULT = Decision()
