@@ -424,10 +424,7 @@ def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, s
 
 def names_of(headings: Names, units: Mapping[str, str]) -> list[str]:
     """Return the names of columns by their headings, with units or without."""
-    names = {}
-    for name, unit in units.items():
-        if name not in headings:
-            names[with_unit(name, unit)] = name
+    names = {with_unit(name, unit): name for name, unit in units.items() if name not in headings}
     return [names.get(heading, heading) for heading in headings]
 
 

@@ -312,18 +312,18 @@ class TestTable(View, Shown):
         """
         for name in fields:
             known_name("an argument of under()", name, FormulationFields.__annotations__)
-        decision = self.decision if formulation is None else decision_of(formulation)
-        asked = decision.formulation
-        if not isinstance(formulation, Decision):
-            decision = self.decision
+        given = self.decision if formulation is None else decision_of(formulation)
+        asked = given.formulation
         objectives = fields.get("objectives", asked.objectives) or self.evaluated.objectives
+        # What the table's own formulation says of these objectives.
         own = replace(self.formulation, objectives=self.schema.objectives)
         own = own.with_objectives(objectives)
-        if formulation is None:  # what fields do not name stays, as far as it has these objectives
+        if formulation is None:
             asked = replace(asked, maximize=own.maximize, ranges=own.ranges)
         stated = replace(asked, **fields)
         if stated.ranges is None:
             stated = replace(stated, ranges=own.ranges)
+        decision = given if isinstance(formulation, Decision) else self.decision
         table = replace(self, decision=replace(decision, formulation=stated))
         table._require_fit()
         return table
@@ -536,8 +536,7 @@ class TestTable(View, Shown):
         labels = pd.Index(self.numbers[rows], name=TEST)
         if self.schema.label is not None:
             labels = pd.Index(np.array(self.names)[rows], name=self.schema.label)
-        # All of them are optimal: the search is not done twice.
-        return self._ranking_of(rows, np.ones(len(rows), dtype=bool), labels)
+        return self._ranking_of(rows, labels)
 
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
@@ -564,10 +563,10 @@ class TestTable(View, Shown):
     def _feasible_ranking(self) -> EfficiencyRanking:
         rows = np.flatnonzero(self.feasible())
         rows = rows[~self._repeated(rows)]
-        return self._ranking_of(rows, self._front[rows], [self.names[row] for row in rows.tolist()])
+        return self._ranking_of(rows, [self.names[row] for row in rows.tolist()])
 
-    def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
-        """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
+    def _ranking_of(self, rows: Rows, labels: Any) -> EfficiencyRanking:
+        """Return the ranking of some rows, whose Pareto-optimal ones are known."""
         if len(rows) == 0:
             raise self._none_feasible()
         schema = self.schema
@@ -580,7 +579,7 @@ class TestTable(View, Shown):
             ends["ideal"] = np.where(schema.sign > 0, low, high)
             ends["nadir"] = np.where(schema.sign > 0, high, low)
         normalize = self.formulation.normalize
-        return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
+        return ranking_of(objectives, self._front[rows], rows, normalize=normalize, **ends)
 
     def _none_feasible(self) -> ArgumentValueError:
         """Return the error of a table without a feasible design."""
