@@ -114,6 +114,7 @@ def test_one_key_answers_takes_back_and_ends():
     assert (first[1], second[1]) == (">", "?")
 
 
+@pytest.mark.slow
 @posix
 def test_a_choice_of_ones_own_outlasts_answers_that_are_taken_back(said):
     own = {"name": "Ann", "chosen": "Town", "reason": "the bridge"}

@@ -72,7 +72,7 @@ NUMBERS = {"numpy", "scipy", "pandas", "pymoo", "matplotlib", "msgspec"}
     ("words", "others"),
     [
         ("rank --help", NUMBERS),
-        ("solve bnh --points 64", {"pandas", "matplotlib"}),
+        pytest.param("solve bnh --points 64", {"pandas", "matplotlib"}, marks=pytest.mark.slow),
         pytest.param("--help", NUMBERS, marks=pytest.mark.slow),
         pytest.param("--version", NUMBERS, marks=pytest.mark.slow),
     ],

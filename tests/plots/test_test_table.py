@@ -192,8 +192,13 @@ def test_the_pairs_that_conflict_most_are_drawn():
     "case",
     [
         (plot_objectives, 180),
-        (plot_ranking, 90),
-        *rarely((plot_objectives, 90), (plot_ranking, 180), (plot_table, 90), (plot_table, 180)),
+        *rarely(
+            (plot_ranking, 90),
+            (plot_objectives, 90),
+            (plot_ranking, 180),
+            (plot_table, 90),
+            (plot_table, 180),
+        ),
     ],
 )
 def test_figures_have_the_width_that_is_asked_for(chute, case, tmp_path):

@@ -502,7 +502,9 @@ def _best_place(
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
+    farthest = (_REACHES[-1] + _MARK) * point + size.max()
     others = np.delete(dots, row, axis=0)
+    others = others[np.abs(others - dots[row]).max(axis=1) < farthest]
     best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
         if best[0] < reach:  # whatever is farther costs more
