@@ -487,10 +487,11 @@ def _add_names(
 
 def _places_in_words(places: Array) -> str:
     """Return places as a text; empty if there are none."""
-    numbers = np.unique(places).tolist()
-    if len(numbers) > 2:
-        return f"places {numbers[0]} to {numbers[-1]}"
-    return ("", "place ", "places ")[len(numbers)] + " and ".join(map(str, numbers))
+    if len(places) == 0:
+        return ""
+    if places.min() == places.max():
+        return f"place {places.min()}"
+    return f"places {places.min()} to {places.max()}"
 
 
 def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:

@@ -48,7 +48,7 @@ _OPEN = Limit()[:2]  # no limit
 _REJECTED = "0.95"  # the ground beyond limits
 _NARROW = 0.12  # share of a vertical axis that has no room for the name of a limit
 _RIGHT = ("axes fraction", "data")  # coordinates of names on the right
-_BEYOND = 0.25  # an axis shows designs that are nearer than this share of the feasible range
+_BEYOND = 0.5  # an axis shows designs that are nearer than this share of the feasible range
 # How groups are drawn. Those of a higher zorder are on top.
 _INFEASIBLE: Style = {"marker": "x", "color": "0.5", "markersize": 3.2, "zorder": 2.8}
 _OUTSIDE: Style = {

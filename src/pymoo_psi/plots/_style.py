@@ -66,7 +66,6 @@ _KEY_MARK = 3.0  # the least size of a marker in a key
 _MARK = 4.0  # half the size of a marker, in points
 _BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
 _LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
-_STEPS = 20  # along the line to a name, where points are in its way
 _CLEAR = 1.0  # points from a line to a name, and from one name to the next
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
@@ -502,9 +501,7 @@ def _best_place(
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
-    farthest = (_REACHES[-1] + _MARK) * point + size.max()
     others = np.delete(dots, row, axis=0)
-    others = others[np.abs(others - dots[row]).max(axis=1) < farthest]
     best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
         if best[0] < reach:  # whatever is farther costs more
@@ -516,16 +513,12 @@ def _best_place(
         clear = box.padded(_CLEAR * point)
         n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
         leader = None
-        radius = reach * point  # it would name the nearest dot
+        radius = reach  # it would name the nearest dot
         if reach > _NEAR:
-            radius = _MARK * point
-            middle = (box.p0 + box.p1) / 2
-            leader = Line([dots[row], middle])
+            radius = _MARK
+            leader = Line([dots[row], (box.p0 + box.p1) / 2])
             n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
-            steps = np.linspace(dots[row], middle, _STEPS)
-            gaps = np.abs(others[:, None] - steps).max(axis=2)
-            n_bad += int(np.sum(gaps.min(axis=1) < radius))
-        n_bad += box.padded(radius).count_contains(others)
+        n_bad += box.padded(radius * point).count_contains(others)
         if reach + _BAD * n_bad < best[0]:
             best = (reach + _BAD * n_bad, box, leader)
     return best
