@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _Result = tuple[int, str, Values]  # see _results_in
+_NewResult = tuple[int | None, _Result]  # see _new_results
 _Mark = tuple[str, ...]  # see mark_of
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # how many points of the sequence come before proposals of surrogates
@@ -321,9 +322,11 @@ def tell_tests(
             units = laboratory.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
             results = [*_results_in(cells, columns, laboratory, sentences)]
-            n_new = _keep_new(database, laboratory, results, sentences)
-            n_known = len(results) - n_new
-            sentences.insert(0, f"{counted(n_new, 'test')} taken, {n_known} known already.")
+            new = _new_results(laboratory, results)
+            if new:
+                _keep(database, laboratory, new, sentences)
+            n_known = len(results) - len(new)
+            sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
         return [*sentences, f"{laboratory.left.capitalize()}."]
 
 
@@ -438,22 +441,12 @@ def design_value(cell: Any, place: str, kind: Kind, choices: Names | None) -> An
     return cell
 
 
-def _keep_new(
-    database: Database,
-    laboratory: _Laboratory,
-    results: Sequence[_Result],
-    sentences: list[str],
-) -> int:
-    """Write the results that the study does not have; return how many they are.
+def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_NewResult]:
+    """Return the results that the study does not have, each with the number of what it corrects.
 
     A row is known if a stored test of its design has the same results; each counts once. Other rows
-    correct the stored tests of their design that have no row, or are tests of their own.
-
-    Args:
-        database: The study.
-        laboratory: Its tests.
-        results: The rows of a source.
-        sentences: Sentences on what changes, to which some are added.
+    correct the stored tests of their design that have no row; the number is ``None`` where there
+    are none.
 
     Raises:
         ArgumentValueError: A test has more results that may be corrected than there are rows.
@@ -462,7 +455,7 @@ def _keep_new(
     for number in laboratory.proposals:
         if number in laboratory.tests:
             former[laboratory.original(number)].append(number)
-    new: dict[int, list[_Result]] = defaultdict(list)
+    unknown: dict[int, list[_Result]] = defaultdict(list)
     for result in results:
         test, _, values = result
         texts = laboratory.texts(values)
@@ -470,27 +463,48 @@ def _keep_new(
         if same:
             former[test].remove(same[0])
         else:
-            new[test].append(result)
-    rows_by_run: dict[int, list[tuple[str, Values]]] = defaultdict(list)
-    for test, rows in new.items():
+            unknown[test].append(result)
+    new: list[_NewResult] = []
+    for test, rows in unknown.items():
         numbers = former[test]
         if len(numbers) > len(rows):
             rule = f"given with all other results of test {test}"
             received = Received(f"a file without those of tests {', '.join(map(str, numbers))}")
             remedy = "add a row for each of them; nothing was taken"
             raise invalid(rows[0][1], rule, received, remedy)
-        for corrected, (_, place, values) in zip_longest(numbers, rows):
-            own = corrected or laboratory.made(database, test)
-            sentences += _changes(laboratory, test, own, values)
-            if corrected:
-                database.correct(corrected, "corrected")
-            run, proposal = laboratory.proposals[own]
-            facts = {"origin": proposal.origin, "seconds": np.nan}
-            facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
-            rows_by_run[run].append((place, values | facts))
-    for run, rows_of_run in sorted(rows_by_run.items()):
-        _append(database, run, rows_of_run, sentences)
-    return sum(map(len, new.values()))
+        new += zip_longest(numbers, rows)
+    return new
+
+
+def _keep(
+    database: Database,
+    laboratory: _Laboratory,
+    results: Sequence[_NewResult],
+    sentences: list[str],
+) -> None:
+    """Write the tests of new results, and sentences on what changes."""
+    import pandas as pd
+
+    places = []
+    rows = []
+    for corrected, (test, place, values) in results:
+        own = corrected or laboratory.made(database, test)
+        sentences += _changes(laboratory, test, own, values)
+        if corrected:
+            database.correct(corrected, "corrected")
+        run, proposal = laboratory.proposals[own]
+        facts = {"run": run, "origin": proposal.origin, "seconds": np.nan}
+        facts |= {PROPOSAL_ROUND: proposal.round, POINT: proposal.test_point}
+        places.append(place)
+        rows.append(values | facts)
+    frame = pd.DataFrame(rows)
+    runs = frame.pop("run").to_numpy()
+    if not frame[PROPOSAL_ROUND].any():
+        del frame[PROPOSAL_ROUND]
+    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
+    columns = with_computed(database.head, columns, places, sentences)
+    for run in np.unique(runs).tolist():
+        database.append(run, {name: cells[runs == run] for name, cells in columns.items()}, 0)
 
 
 def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> list[str]:
@@ -519,20 +533,6 @@ def _changes(laboratory: _Laboratory, test: int, own: int, values: Values) -> li
     if not changes:
         return []
     return [f"{title}: {'; '.join(changes)}{end}"]
-
-
-def _append(
-    database: Database, run: int, rows: Sequence[tuple[str, Values]], sentences: list[str]
-) -> None:
-    """Write tests of a run: of each its place in the source and its values by name."""
-    import pandas as pd
-
-    places, values = zip(*rows, strict=True)
-    frame = pd.DataFrame(values)
-    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
-    if not columns[PROPOSAL_ROUND].any():
-        del columns[PROPOSAL_ROUND]
-    database.append(run, with_computed(database.head, columns, places, sentences), 0)
 
 
 def with_computed(
