@@ -239,27 +239,6 @@ def test_figures_and_reports_speak_of_the_designs_left(draws, undrawn):
     assert compared > 10
 
 
-def asked_of_page(table, names):
-    """Return what the page of a table is asked for, in the state in which it opens."""
-    payload = payload_of(decision_page(table))
-    state = {
-        "limits": payload["opens_with"]["limits"],
-        "fixed": bool(payload["opens_with"]["ranges"]),
-        "dominated": True,
-    }
-    rows = [payload["names"].index(name) for name in names]
-    return {
-        "payload": payload,
-        "names": names,
-        "states": [state],
-        "rows": [rows],
-        "pins": [[rows[0], *rows]],
-        "texts": [],
-        "typed": [],
-        "thorough": [False],
-    }
-
-
 GEARED = Model(
     lambda x: {"F": [x["gear"] + x["teeth"], (5 - x["teeth"]) ** 2 - x["gear"]]},
     vars={"gear": Choice(options=[12, 16, 20]), "teeth": Integer(bounds=(1, 4))},
@@ -272,7 +251,11 @@ def test_page_report_and_ranking_count_the_same_designs():
     table = investigate(GEARED, 64).under(limits={"gear": 16})
     ranking = table.feasible_ranking()
     assert len(ranking.rows) == 8 < table.feasible().sum()
-    (answer,) = in_node([asked_of_page(table, list(ranking.objectives.labels))])
+    payload = payload_of(decision_page(table))
+    limits = payload["opens_with"]["limits"]
+    asked = {"names": [], "rows": [[]], "pins": [[]], "texts": [], "typed": [], "thorough": [False]}
+    asked["states"] = [{"limits": limits, "fixed": False, "dominated": True}]
+    (answer,) = in_node([asked | {"payload": payload}])
     (found,) = answer["states"]
     told = (found["count"], len(found["front"]), found["remarks"])
     assert told == (8, ranking.pareto.sum(), [])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pymoo.core.variable import Choice
 
-from pymoo_psi import Recorded, Restricted, investigate
+from pymoo_psi import Recorded, investigate
 from pymoo_psi.errors import StudyMismatchError
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -32,10 +32,6 @@ def test_zero_is_one_design_whatever_its_sign(study_file):
     recorded = Recorded(model, study=study_file)
     recorded.evaluate(np.array([[0.0], [-0.0], [1.0]]))
     assert len(recorded.table) == len(model.calls) == 2
-
-
-def test_an_option_is_restricted_by_its_type():
-    refused("one of 12, '12', 'oak'", Restricted, typed(12, "12", "oak"), {"a": 12.0})
 
 
 @pytest.mark.parametrize(
