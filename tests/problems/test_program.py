@@ -491,7 +491,6 @@ def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path
         ([("pattern =", 'key = "a", pattern =')], "one of pattern, key and column"),
         ([("[limits]", "[limits")], "beam.toml"),
         ([('["beam.inp"]', '"beam.inp"')], "program: Expected `array`"),
-        ([('["load"]', '"load"')], "objectives: Expected `array`"),
         ([('"tip.u.0"', '"tip.(\\S+)"')], "between '…'"),
         ([("solver.py", "solver.py | tee log")], "sh run.sh"),
         ([("solver.py", "solver.py '")], "quotation marks in pairs"),

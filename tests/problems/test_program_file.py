@@ -92,7 +92,7 @@ FINITE = "must be a finite number, got"
         ("outputs stress row", True, "outputs: stress: Expected `int . null`, got `bool`"),
         ("outputs tip key", 5, "outputs: tip: Expected `str . array`, got `int`"),
         ("outputs tip patern", "x", "outputs: tip must be one of .* did you mean 'pattern'"),
-        ("objectives minimize", "mass", rf"objectives: {LIST} `str` - at `\$.minimize`"),
+        ("objectives minimize", "mass", "objectives: minimize must be a list of names, got 'mass'"),
         ("objectives minimise", ["mass"], "of objectives must be one of .* did you mean 'minimize'"),
         ("objectives", 5, "objectives must be a mapping from settings to values, got 5"),
         ("limits", 5, "limits must be a mapping from outputs to texts, as '<= 250', got 5"),

@@ -44,9 +44,9 @@ from pymoo_psi.problems._settings import (
     Output,
     Placeholders,
     Program,
-    directions_of,
     expressions_of,
     limits_on_outputs,
+    objectives_of,
     outputs_of,
     section,
     settings_of,
@@ -171,9 +171,8 @@ class ProgramProblem(ElementwiseProblem):
         self._tested = {
             name: output for name, output in self.outputs.items() if not output.expression
         }
-        directions = directions_of(objectives, self.outputs)
-        self.objectives = [*directions.minimize, *directions.maximize]
-        self.maximize = [*directions.maximize]
+        minimize, self.maximize = objectives_of(objectives, self.outputs)
+        self.objectives = minimize + self.maximize
         self.limits = limits_on_outputs(limits, self.outputs)
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])

@@ -441,19 +441,6 @@ def _last_line(folder: Path) -> str:
     return text.rpartition("\n")[2][:120]
 
 
-@dataclass(frozen=True)
-class Directions:
-    """The objectives: the section ``[objectives]``.
-
-    Attributes:
-        minimize: Outputs to be minimized.
-        maximize: Outputs to be maximized.
-    """
-
-    minimize: Names = ()
-    maximize: Names = ()
-
-
 def settings_of(variables: Any) -> dict[str, Setting]:
     """Return the settings of variables, of which some may be given by their bounds alone."""
     entries = {}
@@ -499,14 +486,15 @@ def expressions_of(outputs: Mapping[str, Output], variables: Entries) -> dict[st
     return expressions
 
 
-def directions_of(entry: Any, outputs: Entries) -> Directions:
-    """Return the objectives of a file, one or more of the outputs."""
-    directions: Directions = section("objectives", Directions, entry)
-    objectives = [*directions.minimize, *directions.maximize]
-    if not objectives:
-        raise invalid("objectives", "one or more outputs", objectives)
-    known_names("an objective", objectives, outputs)
-    return directions
+def objectives_of(entry: Any, outputs: Entries) -> tuple[list[str], list[str]]:
+    """Return the outputs to be minimized and those to be maximized, one or more together."""
+    mapping("objectives", entry, "settings to values")
+    known_names("a setting of objectives", entry, ("minimize", "maximize"))
+    minimize = known_names("objectives: minimize", entry.get("minimize", ()), outputs)
+    maximize = known_names("objectives: maximize", entry.get("maximize", ()), outputs)
+    if not minimize and not maximize:
+        raise invalid("objectives", "one or more outputs", entry)
+    return minimize, maximize
 
 
 def limits_on_outputs(texts: Any, outputs: Entries) -> dict[str, Limit]:

@@ -181,8 +181,8 @@ class CompromiseProgramming(RankingSelector):
         measures: _Measures = (partial(_norm, p=self.p),)
         if np.isinf(self.p):
             measures = _LARGEST_THEN_SUM
-        weights = ranking.objectives.in_order("weights", self.weights)
-        return _least_weighted(front, terms, sizes, _of_sum_one(weights), measures)
+        weights = _of_sum_one(ranking, self.weights)
+        return _least_weighted(front, terms, sizes, weights, measures)
 
 
 class ReferencePoint(RankingSelector):
@@ -224,7 +224,7 @@ class ReferencePoint(RankingSelector):
         front, F = front_of(ranking)
         scale = ranking.frame.scale
         sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
-        weights = _of_sum_one(ranking.objectives.in_order("weights", self.weights))
+        weights = _of_sum_one(ranking, self.weights)
         return _least_weighted(front, (F - point) / scale, sizes, weights, _LARGEST_THEN_SUM)
 
 
@@ -373,18 +373,20 @@ def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
     return chosen
 
 
-def _of_sum_one(weights: ArrayLike | None) -> Array | None:
-    """Return ``(m,)`` weights, none negative and not all 0, scaled to the sum 1."""
+def _of_sum_one(ranking: EfficiencyRanking, weights: ArrayLike | None) -> Array:
+    """Return ``(m,)`` weights, none negative and not all 0, scaled to the sum 1; or 1 for each."""
+    sizes = ranking.objectives.minimized.shape[1:]
     if weights is None:
-        return None
-    array = finite_array("weights", weights)
-    if array.ndim != 1 or (array < 0).any() or not array.any():
+        return np.ones(sizes)
+    array = finite_array("weights", ranking.objectives.in_order("weights", weights))
+    require_shape("weights", array, sizes)
+    if (array < 0).any() or not array.any():
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
     return np.asarray(array / array.sum())
 
 
 def _least_weighted(
-    rows: Rows, terms: Array, sizes: Array, weights: Array | None, measures: _Measures
+    rows: Rows, terms: Array, sizes: Array, weights: Array, measures: _Measures
 ) -> Rows:
     """Return the rows with the least measure of their weighted terms, up to rounding.
 
@@ -392,12 +394,9 @@ def _least_weighted(
         rows: ``(n,)`` rows to choose from.
         terms: ``(n, m)`` the terms of each row, one for each objective.
         sizes: ``(m,)`` magnitudes of the values of which the terms are differences.
-        weights: ``(m,)`` weights of the objectives, or ``None``.
+        weights: ``(m,)`` weights of the objectives.
         measures: What is least.
     """
-    if weights is None:
-        weights = np.ones(len(sizes))
-    require_shape("weights", weights, sizes.shape)
     terms = weights * terms
     noise = LAST_PLACES * weights * sizes
     for measure in measures:
