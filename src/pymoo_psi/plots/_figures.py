@@ -6,7 +6,7 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, combinations, pairwise, product
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from pymoo_psi._numbers import NumberFormat
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
+    Integers,
     Mask,
     Names,
     counted,
@@ -366,9 +367,6 @@ def plot_ranking(
         if width >= NARROW:
             n_near = _NEAR
     named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
-    front = front[::-1]  # the best on top
-    is_near = ranking.place[front] <= n_near
-    is_unmarked = ~np.isin(front, [*marks])  # the marked ones are in the key already
     places, is_log = _places_in_rows(ranking)
     n = len(ranking.objectives.names)
     with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
@@ -383,21 +381,24 @@ def plot_ranking(
         for design, (label, style) in marks.items():
             ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
             ax.plot([], [], style["linestyle"], color=style["color"], label=label)
-        label = _places_in_words(ranking.place[front[is_near & is_unmarked]])
-        _draw_lines(ax, places[front], is_near, label)
-        if not is_near.all():
+        _draw_lines(ax, ranking, places, n_near, [*marks])
+        if np.any(ranking.place[front] > n_near):
             figure.fit(add_key, figure, [ax])
         names = _add_names(ax, ranking, named, n_near, marks)
         figure.fit(_name_lines, figure, ax, names, places[named, -1], n)
-        measure = "from the worst to the best of them"
-        if ranking.frame.is_fixed:
-            measure = "in the fixed range"
-        designs = f"The {counted(len(front), 'design')} that no other dominates: values {measure}."
-        remark = ""
-        if is_log.any():
-            remark = "Designs are ranked by values, not by their logarithms."
-        figure.describe(title, designs, remark)
+        figure.describe(title, *_ranking_in_words(ranking, is_log))
     return figure
+
+
+def _ranking_in_words(ranking: EfficiencyRanking, is_log: Mask) -> Iterator[str]:
+    """Yield the sentences of a caption, given which axes are logarithmic."""
+    measure = "from the worst to the best of them"
+    if ranking.frame.is_fixed:
+        measure = "in the fixed range"
+    designs = counted(ranking.pareto.sum(), "design")
+    yield f"The {designs} that no other dominates: values {measure}."
+    if is_log.any():
+        yield "Designs are ranked by values, not by their logarithms."
 
 
 def _places_in_rows(ranking: EfficiencyRanking) -> tuple[Array, Mask]:
@@ -485,7 +486,7 @@ def _add_names(
     return names
 
 
-def _places_in_words(places: Array) -> str:
+def _places_in_words(places: Integers) -> str:
     """Return places as a text; empty if there are none."""
     if len(places) == 0:
         return ""
@@ -494,15 +495,22 @@ def _places_in_words(places: Array) -> str:
     return f"places {places.min()} to {places.max()}"
 
 
-def _draw_lines(ax: Axes, places: Array, is_near: Mask, label: str) -> None:
-    """Draw a line for each of ``(n, m)`` designs, the fainter the more there are.
+def _draw_lines(
+    ax: Axes, ranking: EfficiencyRanking, places: Array, n_near: int, marked: Sequence[int]
+) -> None:
+    """Draw a line for each Pareto-optimal design, the fainter the more there are.
 
     Args:
         ax: The axes.
-        places: ``(n, m)`` where they are in each row.
-        is_near: ``(n,)`` which of them are darker.
-        label: The places of those in the key; empty if all have marks of their own.
+        ranking: The ranking.
+        places: ``(n, m)`` where its designs are in each row.
+        n_near: The last place with a darker line.
+        marked: Designs with marks of their own, which the key does not count again.
     """
+    front = ranking.by_place[: ranking.pareto.sum()][::-1]  # the best on top
+    is_near = ranking.place[front] <= n_near
+    label = _places_in_words(ranking.place[front[is_near & ~np.isin(front, marked)]])
+    places = places[front]
     n, m = places.shape
     lines = np.dstack([places, np.broadcast_to(np.arange(m), (n, m))])
     n_others = np.sum(~is_near)
