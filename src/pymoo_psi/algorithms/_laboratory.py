@@ -66,7 +66,7 @@ class _Laboratory:
         choices: The texts of the options of variables that are choices, by name.
         results: The columns that people measure: objectives and others that no expression computes.
         compared: The columns by which a result is recognised.
-        tests: What is compared of stored tests, as texts, by number.
+        tests: What is compared of stored tests, by number: see :meth:`texts`.
         proposals: What was assigned, by the number of the test: its run, and what the study keeps.
         pending: The numbers of those without a result.
     """

@@ -187,8 +187,7 @@ def operators(problem: Any, sampling: Any = None) -> Values:
         sampling: The sampling of the first designs, if it is chosen: those of permutations stay
             permutations.
     """
-    is_ordered = is_permutation(problem) and not isinstance(sampling, IntegerRandomSampling)
-    if is_ordered or isinstance(sampling, PermutationRandomSampling):
+    if is_permutation(problem) or isinstance(sampling, PermutationRandomSampling):
         return _operators(PermutationRandomSampling(), OrderCrossover(), InversionMutation())
     if getattr(problem, "vars", None):
         selection = TournamentSelection(func_comp=comp_by_cv_then_random)

@@ -449,7 +449,8 @@ def _results(
     """Return the results of tasks; those that a folder has are not performed again."""
     results = {}
     if folder is not None:
-        results = {result.task: result for result in stored_results(folder, problem)}
+        for result in stored_results(folder, problem):
+            results[result.task] = result
     missing = [task for task in tasks if task not in results]
     # The longest first, so that all processes end at about the same time; and one of each
     # algorithm, so that one that does not suit the problem is found early.
