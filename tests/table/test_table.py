@@ -237,6 +237,7 @@ OF_TABLES = (
         (lambda: Schema.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "the bounds of 'x1' must be in increasing order, got 1 and 0"),
         (lambda: Schema.of(1, 1, kinds=["log"], lower=[0.0], upper=[1.0]), ValueError, "the lower bound of 'x1' must be above 0 on a log scale, got 0.0"),
         (lambda: PLAIN.refined_bounds(margin=-1), ValueError, "margin must be 0 or more, got -1"),
+        (lambda: Schema.of([""], 1), ValueError, "the name of a column \\(variable\\) must be at least one character"),
         (lambda: PLAIN.with_notes({"m": ["x"]}), ValueError, r"column 'm' must be of shape \(2,\), got shape \(1,\)"),
         (lambda: PLAIN.with_notes({"x1": ["a", "b"]}), ValueError, "names of a table must be distinct, .* got 'x1'"),
         (lambda: PLAIN.to_csv("tests.xlsx"), ValueError, "path must be the name of a text file, .* got 'tests.xlsx'; write_table"),

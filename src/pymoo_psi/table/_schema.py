@@ -105,7 +105,9 @@ class Column(NamedTuple):
             ArgumentValueError: A name cannot be written, the bounds do not fit.
             ArgumentTypeError: A name or unit is not text, a bound not a number.
         """
-        instance(f"the name of a column ({self.role})", self.name, str)
+        place = f"the name of a column ({self.role})"
+        if not instance(place, self.name, str):
+            raise invalid(place, "at least one character", self.name)
         unit = instance(f"the unit of {self.name!r}", self.unit, str).strip()
         kind = self.kind
         if kind is not None:
