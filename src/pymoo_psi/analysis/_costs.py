@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-_MOST_LIMITS = 3  # that a sentence names
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
@@ -164,10 +163,7 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     if subject and RUN in table.schema.notes:
         size += f" of {counted(len({*table.column(RUN)}), 'run')}"
     failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
-    named = ", ".join(limits[:_MOST_LIMITS])
-    if len(limits) > _MOST_LIMITS:
-        named += f" and {len(limits) - _MOST_LIMITS} more"
-    within = f"{_are(n_within)}{within_limits(table)} ({named})"
+    within = f"{_are(n_within)}{within_limits(table)} ({', '.join(limits)})"
     facts = [f"{size}{failed}"]
     if limits and subject:
         facts.append(f"{number(n_within)} {within}")

@@ -25,6 +25,7 @@ from pymoo_psi.table import Limit, TestTable, limits_of
 if TYPE_CHECKING:
     import pandas as pd
 
+_DIGITS = 5  # of a value, if they show that it is beyond its limit
 _ALL_DIGITS = 17  # of a float64
 _TIE = 1e-9  # regrets that differ by less are equal
 
@@ -100,13 +101,11 @@ def text_beyond(value: float, limit: Limit | None) -> str:
 
     What is written of 4.000001 with five digits would be within a limit of 4.
     """
-    digits = 5
-    while limit is not None and digits < _ALL_DIGITS:
+    for digits in range(_DIGITS, _ALL_DIGITS + 1):
         with decimal_mark("."):
             written = float("".join(number(value, digits).split()))  # thousands are apart
-        if not limit.lower <= written <= limit.upper:
+        if limit is None or not limit.lower <= written <= limit.upper:
             break
-        digits += 1
     return number(value, digits)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,10 +69,12 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     require_table(table)
     table = table.take(np.argsort(table.numbers))  # as they were tested
     sentences = []
+    known = table.problem or {}
     if {RUN, POINT} <= {*table.schema.notes}:
         run, table = _largest_sample(table)
+        known = known["runs"][run]
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
-    sampling = (table.problem or {}).get("sampling")
+    sampling = known.get("sampling")
     if not _is_even(sampling):
         raise _no_sample()
     if PROPOSAL_ROUND in table.schema.outputs:
@@ -104,21 +105,13 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
 def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
     """Return the run of a study that has most points of a sequence, and its tests."""
     parts = {}
-    runs = (table.problem or {}).get("runs", {})
-    for run, points in runs.items():
+    for run, points in (table.problem or {}).get("runs", {}).items():
         part = table.take(table[RUN] == int(run))
         if len(part) and _is_even(points.get("sampling")):  # another run may have all its tests
             parts[run] = part
     if not parts:
         raise _no_sample()
-    run = max(parts, key=lambda run: len(parts[run]))
-    points = runs[run]
-    bounds = {}
-    for side in ("lower", "upper"):
-        bounds[side] = dict(zip(table.evaluated.variables, points[side], strict=True))
-    schema = table.evaluated.changed(**bounds)
-    problem = {"sampling": points.get("sampling")}
-    return run, replace(parts[run], evaluated=schema, problem=problem)
+    return max(parts.items(), key=lambda item: len(item[1]))
 
 
 def _is_even(sampling: str | None) -> bool:
@@ -342,12 +335,10 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     """
     n = steps.index[-1]
     last = steps.iloc[-1]
-    if len(steps) < 2:
-        return f"Too few tests to tell: {n}, and {2 * _FIRST} are needed."
-    if not steps["optimum"].iloc[-2]:
+    if len(steps) < 2 or not steps["optimum"].iloc[-2]:
         return (
-            f"Too few tests to tell: {last['feasible']:.0f} of {n} are within the limits, and the "
-            "first half of the tests needs one or more."
+            f"Too few tests to tell: {last['feasible']:.0f} of {n} are within the limits; "
+            f"{2 * _FIRST} are needed, and one within the limits in the first half."
         )
     before = steps.iloc[-2]
     doubling = f"The last doubling, from {steps.index[-2]} to {n} tests,"

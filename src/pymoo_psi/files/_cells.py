@@ -47,7 +47,7 @@ from pymoo_psi.table import free_name
 RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
-_LONGEST = 100  # the most characters in which a number or a name of rows is searched
+_LONGEST = 100  # the most characters in which something like a number is searched
 
 # What a cell may be, in the order of the rules above.
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
@@ -66,7 +66,7 @@ _FORTRAN = (
 )
 _NUMBER = re.compile(rf"[+-]?(?:{_GROUPS}|{_DIGITS}|{_FORTRAN}|inf|infinity)", re.IGNORECASE)
 # Signs of plain numbers with a decimal point, one on each line.
-_PLAIN = re.compile(rf"(?:[0-9.e+\-]{{1,{_LONGEST}}}(?:\n|\Z))*", re.IGNORECASE)
+_PLAIN = re.compile(r"(?:[0-9.e+\-]+(?:\n|\Z))*", re.IGNORECASE)
 _EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
 SWAPPED = str.maketrans(".,", ",.")
@@ -433,10 +433,7 @@ def _numbers(cells: list[Any], mark: str) -> Array | None:
         cells: The cells, without spaces around them.
         mark: The decimal mark.
     """
-    types = {*map(type, cells)}
-    if types == {float}:
-        return np.array(cells)
-    if types == {str}:
+    if {*map(type, cells)} == {str}:
         text = "\n".join(cells)
         if mark == ",":
             text = text.translate(SWAPPED)
@@ -456,10 +453,8 @@ def _numbers(cells: list[Any], mark: str) -> Array | None:
 def _number(cell: Any, mark: str) -> float | None:
     """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
     if isinstance(cell, str):
-        text = cell[: _LONGEST + 1]
-        if mark == ",":
-            text = text.translate(SWAPPED)
-        if len(text) <= _LONGEST and _NUMBER.fullmatch(text):
+        text = cell.translate(SWAPPED) if mark == "," else cell
+        if _NUMBER.fullmatch(text):
             return float(_EXPONENT.sub("e", re.sub(r"[^\w+.-]", "", text)))
     elif isinstance(cell, (int, float)) and not isinstance(cell, bool):
         return float(str(cell))  # infinite for an integer beyond float64
@@ -568,7 +563,7 @@ def require_designs(
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    names = [str(cell).strip()[:_LONGEST] for cell in naming.cells]
+    names = [str(cell).strip() for cell in naming.cells]
     last = len(names) - 1
     for row, name in enumerate(names):
         # Names that recur, or stand between others, are those of levels.
