@@ -28,7 +28,6 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import read_table, write_table
-from pymoo_psi.table import Schema
 from tests.helpers.draws import examples
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
@@ -708,14 +707,6 @@ def test_any_file_gives_numbers_or_a_message(path, text, decimal):
     path.write_bytes(text)
     with suppress(PsiError):
         assert np.isfinite(read_table(path, decimal=decimal).F).all()
-
-
-def test_the_frame_of_a_table_has_no_directions():
-    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -2.0], [2.0, -3.0]],
-                         schema=Schema.of(1, 2, maximize=["f2"]))  # fmt: skip
-    refused("give the table itself", read_table, table.to_frame())
-    named = Formulation(objectives=["f1", "f2"], maximize=["f2"])
-    assert read_table(table.to_frame(), named).F.tolist() == table.F.tolist()
 
 
 @pytest.mark.parametrize(

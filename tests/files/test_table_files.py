@@ -340,14 +340,6 @@ def test_without_metadata_directions_are_asked_for(tmp_path):
     table.to_csv(path)
     (tmp_path / "t.csv-metadata.json").unlink()
     refused(r"without t\.csv-metadata\.json, which .*; put it beside", read_table, path)
+    refused("give the table itself", read_table, table.to_frame())
     asked = Formulation(objectives=["mass [kg]", "gain"], maximize=["gain"])
     assert read_table(path, asked).schema.maximize == ("gain",)
-
-
-def test_a_replaced_table_keeps_its_tests():
-    tests = TestTable.of([1, 2, 3], [[0], [1], [2]], [[1, 2], [2, 1], [3, 0]])
-    asked = tests.under(objectives=["f1", "r"], computed={"r": "f1 * f2"}, limits={"f1": 2})
-    named = replace(asked, remarks=("two",)).with_notes({"name": ["A", "B", "C"]}, "name")
-    assert (named.remarks, named.formulation) == (("two",), asked.formulation)
-    again = named.under(objectives=["f1", "f2"], computed={}, limits={})
-    assert (again.names, again["f2"].tolist()) == (["A", "B", "C"], [2, 1, 0])

@@ -358,9 +358,7 @@ def is_blank(cell: Any) -> bool:
     if not isinstance(cell, str):
         return cell is None or cell != cell
     text = cell.strip()
-    if text.lower().replace(". ", ".") in _BLANKS:
-        return True
-    return text.startswith("#") and _ERROR.fullmatch(text) is not None
+    return text.lower().replace(". ", ".") in _BLANKS or _ERROR.fullmatch(text) is not None
 
 
 def is_number(cell: Any) -> bool:
@@ -488,13 +486,14 @@ def _read(
     texts = [str(column.cells[row]).strip() for row in rows]
     if "%" not in column.name and texts[0].endswith("%"):
         column = column._replace(unit="%")
-    if np.array_equal(numbers[rows], last[rows]):
+    differs = numbers[rows] != last[rows]
+    if not differs.any():
         if any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts)):
             return column._replace(codes=numbers)
         return column._replace(numbers=numbers, decimal=mark)
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
-    row = rows[(numbers[rows] != last[rows]).argmax()]
+    row = rows[differs.argmax()]
     decimal, other = ".,"
     if "." not in column.cells[row]:
         decimal, other = ",."

@@ -560,7 +560,7 @@ def _remarks(
     roles: Mapping[str, str],
     *,
     is_guess: bool,
-    has_directions: bool,
+    maximize: Collection[str],
 ) -> Iterator[str]:
     """Yield remarks on columns that a reader may take for others.
 
@@ -570,7 +570,7 @@ def _remarks(
         claims: What they are taken for by :func:`_claims`.
         roles: What they are.
         is_guess: Whether nobody has said what the objectives are.
-        has_directions: Whether somebody has said what is to be maximised.
+        maximize: What is to be maximised.
     """
     name, *_ = claims
     first = columns[name].require_numbers()
@@ -593,7 +593,7 @@ def _remarks(
                     f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If "
                     f"it is one, say --limits {quote(limit.written(name))}, or limits= in Python."
                 )
-        elif claim == OBJECTIVE and is_guess and not has_directions and _UPWARD.search(name):
+        elif claim == OBJECTIVE and is_guess and name not in maximize and _UPWARD.search(name):
             option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
             yield f"{name} is minimised unless you say {option}."
         elif (claim == LABEL and _holds_more(column, cells)) or (
@@ -638,9 +638,7 @@ def _table(
     claims = _claims(columns, formulation, named, variables, labels)
     maximize = {*stated.maximize, *formulation.maximize}
     roles = {name: _role(columns[name], claim) for name, claim in claims.items()}
-    remarks = _remarks(
-        cells, columns, claims, roles, is_guess=not named, has_directions=len(maximize) > 0
-    )
+    remarks = _remarks(cells, columns, claims, roles, is_guess=not named, maximize=maximize)
     numbers = np.array(cells.rows)
     if roles.get(TEST) == NOTE:
         numbers = _test_numbers(_values(columns[TEST], NOTE))
@@ -653,7 +651,7 @@ def _table(
         is_maximized = name in maximize and role != VARIABLE
         kind = Kind.CHOICE if role == NOTE else kind_of_cells(data[name])
         schema.append(Column(name, role, kind, unit, is_maximized))
-    stated = stated.with_objectives([name for name in claims if claims[name] == OBJECTIVE])
+    stated = stated.with_objectives(_of_role(claims, OBJECTIVE))
     asked = Formulation(
         limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
     )
