@@ -51,10 +51,8 @@ def payload(table: TestTable, prototype: TestTable | None, decision: Decision) -
     labels = _labels(table)
     tables = [table]
     if prototype is not None:
-        others = set(names)
         for name in prototype.names:
-            names.append(free_name(name, others, "existing"))
-            others.add(names[-1])
+            names.append(free_name(name, names, "existing"))
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)

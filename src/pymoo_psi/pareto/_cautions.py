@@ -294,14 +294,15 @@ class _Checks:
     def decades(self) -> Iterator[Caution]:
         """Yield cautions about objectives whose logarithms would propose another design."""
         objectives = self.ranking.objectives
-        for j, name in enumerate(self.names):
-            values = objectives.values[:, j].take(self.rows)
-            crowd = np.mean(values <= values.min() + 0.1 * np.ptp(values))
-            is_crowded = crowd >= CROWD and values.max() >= DECADES * np.median(values)
-            if not is_crowded or values.min() <= 0 or self.unlike[:, j].any():
-                continue
+        values = objectives.values[self.rows]
+        low = values.min(axis=0)
+        high = values.max(axis=0)
+        crowd = np.mean(values <= low + 0.1 * (high - low), axis=0)
+        is_wide = (low > 0) & (high >= DECADES * np.median(values, axis=0))
+        for j in np.flatnonzero(is_wide & (crowd >= CROWD) & ~self.unlike.any(axis=0)):
+            name = self.names[j]
             F = self.values.copy()
-            F[:, j] = np.log10(values) * objectives.sign[j]
+            F[:, j] = np.log10(values[:, j]) * objectives.sign[j]
             ranking = self.again(F)
             if np.isin(ranking.salukvadze, self.optima).any():
                 continue
@@ -312,8 +313,8 @@ class _Checks:
                 "decades",
                 f"log_{name}=log10({operand(name)})",
                 objective=name,
-                decades=f"{np.log10(values.max() / values.min()):.0f}",
-                share=percent(crowd),
+                decades=f"{np.log10(high[j] / low[j]):.0f}",
+                share=percent(crowd[j]),
                 end=end,
                 other=self.name_of(ranking.salukvadze[0]),
                 optimum=self.name_of(self.best),
