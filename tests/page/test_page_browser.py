@@ -331,6 +331,10 @@ def test_categories_and_dominated_designs_are_ticked(reader, frame):
     reader.click("#further summary >> text=variables")
     # Not the one of the existing design.
     assert reader.page.locator("#further .boxes").inner_text().split() == ["<b>wood</b>", "steel"]
+    height = reader.ask("$('rows-area').offsetHeight")
+    reader.type_limit("width [mm], at most", "18")
+    assert reader.ask("$('rows-area').offsetHeight") == height  # nothing moves under a hand
+    reader.set(limits={})
     reader.click(reader.field("steel"))
     rows = np.flatnonzero(frame["material"] != "steel")
     reader.click("#dominated")

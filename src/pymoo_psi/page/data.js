@@ -44,10 +44,7 @@ function addDesigns(more) {
       const known = column.texts
       const places = texts?.map((text) => known.includes(text) ? known.indexOf(text) : known.push(text) - 1)
       const cells = numbersOf(values).map((cell) => places?.[cell] ?? cell)
-      const all = new Float64Array(data.n)
-      all.set(column.values)
-      all.set(cells, column.values.length)
-      column.values = all
+      column.values = Float64Array.from([...column.values, ...cells])
     })
   }
   const {n, names, objectives} = data
