@@ -281,7 +281,7 @@ def named_cells(rows: RowsByLine) -> Cells:
             name occurs twice.
     """
     if len(rows) < 2:
-        raise UnfitError("it is empty but for a line; it must hold column names, then the designs")
+        raise UnfitError("it must hold a line of column names, and below it a line for each design")
     first, *_ = rows
     header, *others = rows.values()
     names = []
