@@ -72,9 +72,8 @@ def reuses_arrays(x, out, culprit):
     out["F"] = buffer
 
 
-def changes_the_process(x, out, culprit):
+def changes_the_folder(x, out, culprit):
     os.chdir("/")
-    np.seterr(all="raise")
 
 
 def gives_more(x, out, culprit):
@@ -97,7 +96,7 @@ FOR_ONE = {
     "gives an equality too many": (giving(H=[0.0]), r"H has shape \(1,\) instead of \(0,\)"),
     "changes its design": (changes_its_designs, None),
     "reuses an array": (reuses_arrays, None),
-    "changes the process": (changes_the_process, None),
+    "changes the folder": (changes_the_folder, None),
     "gives more, of many lengths": (gives_more, None),
     "gives a column": (giving(F=np.array([[2.0], [8.0]])), None),
     "is infeasible and infinite": (giving(F=[np.inf, 1.0], G=1.0), "infeasible"),
@@ -175,7 +174,6 @@ def test_what_comes_out(model, elementwise, expected, tmp_path, in_folder):
     reasons = [table.reasons.get(number, "") for number in table.numbers.tolist()]
     check(table.X[:, 0], table.F, table.G, reasons, expected)
     assert os.getcwd() == str(tmp_path)
-    assert np.geterr()["under"] == "ignore"
 
 
 def test_a_call_that_raises_is_repeated_by_design():
@@ -219,8 +217,6 @@ def test_designs_by_name_are_copies_too():
     )
     result = minimize(FailureTolerant(mixed), MixedVariableGA(pop_size=8), ("n_gen", 3), seed=1)
     assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
-    table = minimize(mixed, PSI(8)).algorithm.table
-    np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
 
 
 def test_problems_that_transform_designs_are_not_bypassed():

@@ -493,7 +493,7 @@ def test_another_expression_is_another_model_where_no_test_is_completed(tmp_path
         ([('["beam.inp"]', '"beam.inp"')], "program: Expected `array`"),
         ([('"tip.u.0"', '"tip.(\\S+)"')], "between '…'"),
         ([("solver.py", "solver.py | tee log")], "sh run.sh"),
-        ([("solver.py", "solver.py '")], "quotation marks in pairs"),
+        ([("solver.py", "solver.py '")], "program: No closing quotation"),
         ([('unit = "mm"', "unit = 1")], "width: Expected `str`"),
         ([("[limits]", "[limits]\nwidth = '<= 3'")], "requirements"),
         ([("stress = (", "stress = ((")], "regular expression"),

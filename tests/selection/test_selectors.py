@@ -41,10 +41,6 @@ def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
     assert (np.diff(ranking.criteria[chosen, 0]) >= 0).all()
 
 
-def test_selectors_follow_pymoos_convention():
-    assert SalukvadzeOptimum()(F3).tolist() == SalukvadzeOptimum().do(F3).tolist() == [1]
-
-
 def by_hand(F, p, weights, normalize):
     """The nearest Pareto-optimal rows, from the definition of the norm.
 

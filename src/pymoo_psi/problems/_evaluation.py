@@ -71,7 +71,7 @@ def evaluate_designs(problem: Any, X: Any, **kwargs: Any) -> Values:
         values.setdefault("failure", np.full(len(X), "", dtype=object))
         return values
     function = CheckedFunction(problem, kwargs)
-    with same_folder(), np.errstate():  # both are as before, whatever the model sets
+    with same_folder():  # it is as before, whatever the model sets
         if _is_one_by_one(problem):
             rows = problem.elementwise_runner(function, X)
             out = columns_of_values(problem, rows)

@@ -360,8 +360,7 @@ class ProgramProblem(ElementwiseProblem):
         keep = keep or self.program.keep == "all"
         if keep or (run.flaws and self.program.keep == "failed"):
             text = json.dumps({**values, **run.outputs}, indent=1, default=str)
-            with suppress(OSError):  # the disk may be full, which is the flaw already
-                (run.folder / "design.json").write_text(text, encoding="utf-8")
+            (run.folder / "design.json").write_text(text, encoding="utf-8")
         else:
             shutil.rmtree(run.folder, ignore_errors=True)
         return run

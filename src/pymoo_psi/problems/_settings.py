@@ -12,7 +12,6 @@ import json
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from itertools import chain
 from pathlib import Path, PureWindowsPath
@@ -394,14 +393,11 @@ class Program:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        try:
-            words = shlex.split(self.command)
-        except ValueError:  # a quotation mark has no partner
-            words = []
+        words = shlex.split(self.command)
         if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
             raise invalid(
                 "command",
-                "one program with its arguments, quotation marks in pairs, without a shell",
+                "one program with its arguments, without a shell",
                 self.command,
                 'or write a script, "sh run.sh"',
             )
@@ -436,8 +432,7 @@ def _last_line(folder: Path) -> str:
     """Return the last line that a program has printed, for messages."""
     text = ""
     for name in ("stdout.txt", "stderr.txt"):
-        with suppress(OSError):  # a program may remove them
-            text = (folder / name).read_text("utf-8", "replace").strip() or text
+        text = (folder / name).read_text("utf-8", "replace").strip() or text
     return text.rpartition("\n")[2][:120]
 
 
