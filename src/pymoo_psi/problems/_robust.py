@@ -79,10 +79,9 @@ class Robust(WrappedProblem):
         problems: The problem of each scenario; a single one if no parameter is uncertain.
 
     Raises:
-        ArgumentValueError: There is no such variable or statistic, a number is out of range, or
-            nothing is uncertain.
-        ArgumentTypeError: ``problem`` is no pymoo problem or function, a variable with a tolerance
-            is not real, or an argument has the wrong type.
+        ArgumentValueError: There is no such variable or statistic, a variable with a tolerance is
+            not real, a number is out of range, or nothing is uncertain.
+        ArgumentTypeError: ``problem`` is no pymoo problem, or a number has the wrong type.
 
     Example:
         A cliff beside the nominal optimum: with a tolerance the best design keeps away from it.
