@@ -178,6 +178,7 @@ def test_a_misspelt_output_is_refused_at_the_first_test(keep, elementwise, asked
         assert len(problem.calls) == (2 if elementwise else 1)
     if elementwise:
         assert len(read_table(study_file)) == 2
+        refused("did you mean 'heat'", investigate, problem, 2, study=study_file, **asked)
 
 
 def test_a_limit_on_a_choice_may_be_met_by_later_tests():

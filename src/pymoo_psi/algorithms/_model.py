@@ -144,19 +144,27 @@ class Model:
             known_name(title, name, known, remedy)
         self.awaited.clear()
 
-    def under(self, tests: TestTable) -> TestTable:
-        """Return all tests of a run under its formulation.
+    def require_results(self, tests: TestTable, n_tests: int, stacklevel: int) -> None:
+        """Refuse a formulation at the end of a run that uses an output which the tests lack.
 
-        A unit may be that of an output which only some designs have; a warning says if none has it.
+        A warning says if all tests have failed, as the front is merely empty, or if none has an
+        output with a unit, which may be one that only some designs have.
+
+        Args:
+            tests: The tests, or those that are left of a run that keeps some.
+            n_tests: How many there were.
+            stacklevel: That of the line that is to blame.
         """
-        if np.isfinite(tests.F).any():
+        if len(tests) > 0 and tests.failed().all():
+            first = tests.reasons[int(tests.numbers[0])]
+            message = f"{n_tests} of {counted(n_tests, 'test')} failed: {first}; see table.reasons"
+            warnings.warn(message, stacklevel=stacklevel)
+        elif np.isfinite(tests.F).any():
+            self.require_outputs(tests.schema.names)
             for name in self.schema.outputs:  # promised by their units
                 if np.isnan(tests.column(name)).all():
-                    warnings.warn(
-                        f"no test of the table has the output {name!r}, whose unit is given",
-                        stacklevel=3,
-                    )
-        return tests.under(self.formulation)
+                    message = f"no test of the table has the output {name!r}, whose unit is given"
+                    warnings.warn(message, stacklevel=stacklevel)
 
     def total_violation(self, tests: TestTable) -> Array:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -390,17 +398,3 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
 def warn_of_output(name: str, where: str) -> None:
     """Warn that an output of a model is lost."""
     warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
-
-
-def warn_if_all_failed(tests: TestTable, n_tests: int, stacklevel: int) -> None:
-    """Warn at the end of a run of which every test has failed: its front is merely empty.
-
-    Args:
-        tests: The tests, or those that are left of a run that keeps some.
-        n_tests: How many there were.
-        stacklevel: That of the line that is to blame.
-    """
-    if len(tests) > 0 and tests.failed().all():
-        first = tests.reasons[int(tests.numbers[0])]
-        message = f"{n_tests} of {counted(n_tests, 'test')} failed: {first}; see table.reasons"
-        warnings.warn(message, stacklevel=stacklevel)

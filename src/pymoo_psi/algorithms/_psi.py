@@ -35,7 +35,6 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._executor import kept_rows, needed_tests
-from pymoo_psi.algorithms._model import warn_if_all_failed
 from pymoo_psi.algorithms._run import Run, by_number, progress_bar, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import SETTINGS, Keep, Points, RunOptions
 from pymoo_psi.algorithms._store import stored_at_termination
@@ -121,7 +120,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """
         if self.n_tested == 0:
             return self._tests
-        return self._under(self._run.numbered(self._tests))
+        return self._run.model.under_so_far(self._run.numbered(self._tests))
 
     @property
     def _tests(self) -> TestTable:
@@ -129,11 +128,6 @@ class PointAlgorithm(WithTable, Algorithm):
         first, *others = self._tables
         self._tables = [first.extended(*others)]
         return self._tables[0]
-
-    def _under(self, tests: TestTable) -> TestTable:
-        if self.termination.has_terminated():
-            return self._run.model.under(tests)
-        return self._run.model.under_so_far(tests)
 
     @property
     def n_tested(self) -> int:
@@ -247,7 +241,8 @@ class PointAlgorithm(WithTable, Algorithm):
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
         self._run.close()
-        warn_if_all_failed(self._tests, self.n_tested, stacklevel=6)  # the line that calls minimize
+        # the line that calls minimize
+        self._run.model.require_results(self._tests, self.n_tested, stacklevel=6)
         super().finalize()
 
     def _infill(self) -> Population | None:
@@ -378,7 +373,7 @@ class PointAlgorithm(WithTable, Algorithm):
         """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
         if self.n_tested == 0:
             return None
-        rows = np.flatnonzero(self._under(self._tests).pareto())
+        rows = np.flatnonzero(self._run.model.under_so_far(self._tests).pareto())
         if len(rows) == 0:
             violation = self._run.model.total_violation(self._tests)
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
@@ -666,8 +661,9 @@ def investigate(
     model = run.model
     if is_noisy:
         table = needed_tests(model, averaged_repeats(table), keep)
-    table = model.under(run.numbered(table))
-    warn_if_all_failed(table, run.n_taken, stacklevel=3)
+    table = run.numbered(table)
+    model.require_results(table, run.n_taken, stacklevel=3)
+    table = model.under_so_far(table)
     return table.take(kept_rows(table, keep))
 
 

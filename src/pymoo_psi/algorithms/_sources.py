@@ -20,7 +20,6 @@ from pymoo_psi._validation import (
     FilePath,
     Numbers,
     Received,
-    finite_array,
     instance,
     integer,
     invalid,
@@ -311,9 +310,9 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     else:  # any part of them needs all before it, or all
         random = np.random.default_rng(options.seed)
         array = sampling.unit_points(n_points, n_dim, first=first, random_state=random)
-        cube_points = finite_array("unit_points of sampling", array)
-        is_outside = (cube_points < 0) | (cube_points > 1)
-        if cube_points.shape != (n_points, n_dim) or is_outside.any():
+        cube_points = np.asarray(array, dtype=float)
+        is_inside = (cube_points >= 0) & (cube_points <= 1)
+        if cube_points.shape != (n_points, n_dim) or not is_inside.all():
             rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
             raise invalid("unit_points of sampling", rule, array)
     numbers = options.part.numbers(first, last)
