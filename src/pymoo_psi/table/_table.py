@@ -950,13 +950,8 @@ def table_difference(a: TestTable, b: TestTable) -> str:
     It is no difference if one of them lacks an output, a note or the problem, nor if kinds differ:
     a table without declared kinds has those that its values show.
     """
-    facts = _facts(a)
-    others = _facts(b)
-    problem = identity_facts(a.problem or {}, b.problem or {})
-    other = identity_facts(b.problem or {}, a.problem or {})
-    if "problem" in problem and "problem" in other:
-        facts |= dict.fromkeys(other) | problem
-        others |= dict.fromkeys(problem) | other
+    facts = _facts(a, b)
+    others = _facts(b, a)
     for name, fact in facts.items():
         if others.get(name, fact) != fact:
             return f"{name} {fact} against {others[name]}"
@@ -969,8 +964,11 @@ def _stated(table: TestTable) -> Values:
     return schema_head(table.schema) | decision_head(table.decision) | ranges
 
 
-def _facts(table: TestTable) -> Values:
-    """Return what the tests of a table have in common, by the words for it."""
+def _facts(table: TestTable, other: TestTable) -> Values:
+    """Return what the tests of a table have in common, by the words for it.
+
+    The problem is compared as a whole if both tables know theirs: what only one has is a fact, too.
+    """
     schema = table.evaluated
     facts: Values = {}
     for role in (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY):
@@ -981,6 +979,11 @@ def _facts(table: TestTable) -> Values:
         for attribute, value in column._asdict().items():
             facts[f"{attribute} of {column.name}"] = value
     facts["formulation"] = replace(table.formulation, ranges=table.fixed_ranges)
+    problem = table.problem or {}
+    other_problem = other.problem or {}
+    if "problem" in problem and "problem" in other_problem:
+        facts |= dict.fromkeys(identity_facts(other_problem, problem), "absent")
+        facts |= identity_facts(problem, other_problem)
     return facts
 
 
