@@ -201,7 +201,7 @@ def decision_page(
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
-    return page_of_tests(table, designs, str(title), origin, prototype)
+    return page_of_tests(table, designs, title, origin, prototype)
 
 
 def _limited_by_name(table: TestTable) -> TestTable:

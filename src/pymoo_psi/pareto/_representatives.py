@@ -55,7 +55,8 @@ def farthest_first(F: Array, start: list[Any], size: int) -> tuple[Rows, Rows, A
     for i in range(size):
         if i == len(chosen):
             chosen.append(nearest.argmax())
-        squares = ((F - F[chosen[i]]) ** 2).sum(axis=1)
+        steps = F - F[chosen[i]]
+        squares = np.einsum("ij,ij->i", steps, steps)
         owner[squares < nearest * (1 - _TIE)] = i
         np.minimum(nearest, squares, out=nearest)
     return np.array(chosen), owner, np.sqrt(nearest)
