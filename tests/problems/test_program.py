@@ -348,7 +348,7 @@ def test_numbers_are_read_as_programs_write_them(tmp_path, content, settings, ex
         ("w;m\n1,5;1.250\n", COLUMN, "out has decimal commas; write decimal = ','"),
         ("w,m\n5,\n", COLUMN, "'' in out is no plain number"),
         ("w,m,m\n5,1,2\n", COLUMN, "names the column 'm' twice"),
-        ("w,m\n", COLUMN, "it is empty but for a line"),
+        ("w,m\n", COLUMN, "it must hold a line of column names"),
         ("f = 1,5\n", {"pattern": "f = (.*)"}, "write decimal = ','"),
         ("f = 7.600e+02 N\n", {"pattern": r"f = ([\d.]+)"}, "is a part of a number; the group"),
         ("f = 10,050.00\n", {"pattern": r"f = (\d+)"}, "is a part of a number"),

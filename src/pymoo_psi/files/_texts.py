@@ -157,9 +157,11 @@ def cells_of_text(
     rows = _rows(lines, separator)
     if has_comments:
         rows = _without_comments(rows)
-    first = next(iter(rows.values()), [])
-    if any(map(is_number, first)):  # the names may be in a comment, as numpy.savetxt writes them
-        rows = _names_in_comments(above, len(first)) | rows
+    first, row = next(iter(rows.items()), (0, []))
+    if any(map(is_number, row)):  # the names may be in a comment, as numpy.savetxt writes them
+        rows = _names_in_comments(above, len(row)) | rows
+    elif separator == " ":
+        _require_plain_names(lines[first - 1], len(row))
     return named_cells(rows), separator
 
 
@@ -217,6 +219,16 @@ def _separator(lines: Names) -> str:
                 if len(lengths) == 1 and lengths != {1}:
                     return mark
     return max(",;\t|", key=text.count)  # the text is going to be refused
+
+
+def _require_plain_names(header: str, n: int) -> None:
+    """Refuse a header above n cells that may also be that of numbered rows, a name of two words."""
+    names = re.split(r"\s\s+", header.strip())
+    if header.startswith(" ") and len(names) == n - 1:
+        raise UnfitError(
+            "blanks separate its columns, and may occur in their names",
+            "put commas between the cells",
+        )
 
 
 def _rows(lines: Names, separator: str, *, skipinitialspace: bool = True) -> RowsByLine:
