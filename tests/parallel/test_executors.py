@@ -24,7 +24,7 @@ from pymoo_psi.files import read_table
 from tests.helpers.draws import rarely
 from tests.helpers.models import Sum
 from tests.helpers.processes import posix, until
-from tests.helpers.refusals import interrupted, refused
+from tests.helpers.refusals import refused
 
 
 def sum_on(executor, before=lambda x: None, **options):
@@ -93,19 +93,6 @@ def test_processes_of_python_end_what_is_given_up_and_stay(processes):
     )
     assert [*processes.map(abs, [-1] * 4)] == [1] * 4
     investigate(sum_on(processes), 8)
-
-
-@posix
-def test_without_a_temporary_folder_a_run_ends_as_ever(processes, tmp_path, monkeypatch):
-    """Well, or with its own error."""
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "removed"))
-    problem = sum_on(processes, wait)
-    assert investigate(problem, 8).equals(investigate(Sum(), 8))
-
-    def interrupt(algorithm):
-        raise KeyboardInterrupt("its own")
-
-    interrupted(minimize, problem, PSI(16, block_size=1), callback=interrupt, message="its own")
 
 
 def test_a_vectorised_problem_on_an_executor(processes):

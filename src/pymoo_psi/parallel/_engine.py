@@ -488,14 +488,13 @@ def _mark_of_end(run: str) -> Path:
 
 
 def _end_by_mark(run: str, running: Collection[Future[Any]]) -> None:
-    """Let workers of this machine give up a run; without a folder for the mark, they finish it."""
-    with suppress(OSError):
-        mark = _mark_of_end(run)
-        mark.touch()
-        try:
-            wait(running, _PATIENCE)
-        finally:  # a second interrupt ends the wait
-            mark.unlink(missing_ok=True)
+    """Let workers of this machine give up a run."""
+    mark = _mark_of_end(run)
+    mark.touch()
+    try:
+        wait(running, _PATIENCE)
+    finally:  # a second interrupt ends the wait
+        mark.unlink(missing_ok=True)
 
 
 def _follow_end(run: str, is_done: Event) -> None:
