@@ -22,6 +22,7 @@ from pymoo_psi._validation import (
     Designs,
     Entries,
     FilePath,
+    Head,
     Names,
     Received,
     Values,
@@ -74,15 +75,9 @@ class _Laboratory:
     def __init__(self, database: Database) -> None:
         head = database.facts.head
         self.head = head
-        variables = head["variables"]
-        constraints = head["inequalities"][: head["problem"].get("inequalities", 0)]
-        expressions = head.get("expressions", {})
-        names = [*head["objectives"], *constraints, *head["equalities"], *expressions]
-        self.results = [name for name in dict.fromkeys(names) if not expressions.get(name)]
-        self.compared = [*variables, *self.results, "reason"]
-        is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
-        options = head["problem"]["choices"].values()
-        self.choices = dict(zip(compress(variables, is_choice), options, strict=True))
+        self.choices = _choices(head)
+        self.results = _measured(head)
+        self.compared = [*head["variables"], *self.results, "reason"]
         columns = database.tests()
         unknown = np.full(len(columns[TEST]), np.nan)  # of an output before its first value
         cells = {name: columns.get(name, unknown).tolist() for name in self.compared}
@@ -148,6 +143,21 @@ class _Laboratory:
         variables = self.head["variables"]
         marks = {tuple(texts[name] for name in variables) for texts in self.tests.values()}
         return marks | {mark_of(self.design(test).values()) for test in self.proposals}
+
+
+def _choices(head: Head) -> dict[str, Names]:
+    """Return the texts of the options of variables that are choices, by name."""
+    is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
+    options = head["problem"]["choices"].values()
+    return dict(zip(compress(head["variables"], is_choice), options, strict=True))
+
+
+def _measured(head: Head) -> list[str]:
+    """Return the objectives, constraints and further outputs that no expression computes."""
+    constraints = head["inequalities"][: head["problem"].get("inequalities", 0)]
+    expressions = head.get("expressions", {})
+    names = [*head["objectives"], *constraints, *head["equalities"], *expressions]
+    return [name for name in dict.fromkeys(names) if not expressions.get(name)]
 
 
 # Asking
