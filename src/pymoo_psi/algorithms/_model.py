@@ -78,16 +78,17 @@ class Model:
         self.noisy: bool = getattr(problem, "noisy", False)
         self.problem: Any = with_requirements(untolerant(problem), options.requirements)
         self.inner: Any = without_requirements(self.problem)
-        names = mapping("names", options.names or {}, "names such as f1 to your own")
+        names = options.names
         log = options.log
-        if log is not None:
-            default_names = {own: name for name, own in names.items()}
-            log = [default_names.get(name, name) for name in name_list("log", log)]
+        if names is not None:
+            names = mapping("names", names, "names such as f1 to your own")
+            if log is not None:
+                default_names = {own: name for name, own in names.items()}
+                log = [default_names.get(name, name) for name in name_list("log", log)]
+            if self.has_requirements:
+                names = self.problem.rule_names | names
         self.space = design_space(self.problem, log=log)
-        if options.names is not None and self.has_requirements:
-            names = self.problem.rule_names | names
-        columns = None if options.names is None else names, options.maximize, options.units
-        schema = problem_schema(self.problem, self.space, *columns)
+        schema = problem_schema(self.problem, self.space, names, options.maximize, options.units)
         self.default_limits = known_limits(self.problem, schema)
         constraints = schema.of_role("inequality")  # a table has the limits instead
         self.schema = schema.without(constraints[: len(self.default_limits)])
