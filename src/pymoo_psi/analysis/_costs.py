@@ -94,7 +94,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     best = schema.sign * [F[rows].min() for rows in (table.feasible(), *alone.T)]
     for name, (of_feasible, *of_alone) in zip(schema.objectives, best.T, strict=True):
         columns[f"{name}_feasible"] = of_feasible
-        columns[f"{name}_alone"] = np.array(of_alone)
+        columns[f"{name}_alone"] = of_alone
     return pd.DataFrame(columns, pd.Index(names, name="constraint", dtype=object))
 
 

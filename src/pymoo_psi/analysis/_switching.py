@@ -218,12 +218,11 @@ def _nadirs(F: Array) -> Array:
     N = np.maximum.accumulate(F)
     if nondominated(F).all():
         return N
-    columns = np.ascontiguousarray(F.T)
-    optimal = np.empty(0, dtype=np.intp)
+    optimal = F[:0]
     for row in range(len(F)):
-        is_better = (columns[:, optimal] < columns[:, [row]]).any(axis=0)
-        optimal = np.append(optimal[is_better], row)
-        N[row] = columns[:, optimal].max(axis=1)
+        is_better = (optimal < F[row]).any(axis=1)
+        optimal = np.vstack([optimal[is_better], F[row]])
+        N[row] = optimal.max(axis=0)
     return N
 
 

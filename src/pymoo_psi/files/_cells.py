@@ -230,7 +230,7 @@ class TextColumn(NamedTuple):
     def holds_times(self) -> bool:
         """Say whether its texts are times such as 1:30, which may be durations."""
         texts = [str(cell).strip() for cell in self.cells if not is_blank(cell)]
-        return len(texts) > 0 and all(map(_TIME.fullmatch, texts))
+        return bool(texts) and all(map(_TIME.fullmatch, texts))
 
     def gaps(self) -> Mask:
         """``(n,)`` which cells hold neither a finite number nor a text."""

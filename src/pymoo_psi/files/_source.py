@@ -27,7 +27,6 @@ from pymoo_psi._validation import (
     Entries,
     FilePath,
     Head,
-    Integers,
     Names,
     Received,
     collection,
@@ -195,12 +194,13 @@ def read_table(
         is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(content[1], content[0].columns)
+        if skip_rows and (path is None or isinstance(content, TestTable)):
+            rule = "left out for data in Python and for a table of tests"
+            raise invalid("skip_rows", rule, skip_rows)
         if isinstance(content, TestTable):
             table = content
-            for option, value in (("skip_rows", skip_rows), ("variables", variables)):
-                if value:
-                    rule = "left out for a table of tests, which has its own columns and rows"
-                    raise invalid(option, rule, value)
+            if variables:
+                raise invalid("variables", "left out for a table, which has its own", variables)
         else:
             cells, head = content
             head = {**head, "decimal": decimal or head.get("decimal")}
@@ -245,8 +245,6 @@ def _content(
     kind = source_type(source)
     content: Any
     if kind != "file":
-        if skip_rows:
-            raise invalid("skip_rows", "left out for a source that is no file", skip_rows)
         content = _content_of_object(source, kind)
     elif Path(source).is_dir():
         content = tests_of_folder(Path(source))
@@ -641,8 +639,10 @@ def _table(
     remarks = _remarks(cells, columns, claims, roles, is_guess=not named, maximize=maximize)
     numbers = np.array(cells.rows)
     if roles.get(TEST) == NOTE:
-        numbers = _test_numbers(_values(columns[TEST], NOTE))
         del roles[TEST]
+        numbers = np.array(_integers(columns[TEST].cells))  # none if one is no integer
+        if len({*numbers.tolist()}) < len(cells.rows) or numbers.min() < 1:
+            raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
     data: Columns = {}
     schema = []
     for name, role in roles.items():
@@ -670,14 +670,6 @@ def _table(
     if label in table.schema.notes:
         return table.with_notes({}, label)
     return _named_by_rows(table, cells.rows)
-
-
-def _test_numbers(cells: AnyArray) -> Integers:
-    """Return the cells of the column with the numbers of tests."""
-    are_numbers = all(type(cell) is int and cell > 0 for cell in cells)
-    if not are_numbers or len({*cells}) < len(cells):
-        raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
-    return cells.astype(np.int64)
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:

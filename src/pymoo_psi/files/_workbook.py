@@ -18,8 +18,7 @@ from pymoo_psi.files._cells import Cells, RowsByLine, UnfitError, cells_of_rows,
 from pymoo_psi.files._format import FileFormat, SourceFile
 from pymoo_psi.table import MARK, headings_of
 
-_HEAD_SHEET = "pymoo-psi"
-_CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
+_NAME = "pymoo-psi"  # of the second sheet, and of the creator of what a command may overwrite
 _FIRST = 50  # rows whose formats are looked at: there may be titles and gaps
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 _ESCAPED = re.compile("_x([0-9A-Fa-f]{4})_")  # a character that XML does not keep
@@ -46,7 +45,7 @@ class WorkbookFile(FileFormat):
                 simplefilter("ignore")  # warnings on drawings and the like, which are not read
                 book = pd.ExcelFile(BytesIO(file.content), engine="openpyxl")
                 titles = list(map(str, book.sheet_names))
-                if titles[1:] == [_HEAD_SHEET]:
+                if titles[1:] == [_NAME]:
                     for name, *parts in _rows_of_sheet(book, titles.pop()).values():
                         head[name] = json.loads("".join(parts))
                 title = _title(titles, file.sheet)
@@ -78,7 +77,7 @@ class WorkbookFile(FileFormat):
 
         openpyxl = _openpyxl()
         book = openpyxl.Workbook(write_only=True)
-        book.properties.creator = _CREATOR
+        book.properties.creator = _NAME
         sheet = book.create_sheet("designs")
         sheet.freeze_panes = "A2"
         headings = headings_of(columns, head.get("units", {}))
@@ -102,7 +101,7 @@ class WorkbookFile(FileFormat):
         frame = pd.DataFrame(dict(columns), dtype=object)
         for row in (headings.values(), *frame.itertuples(index=False, name=None)):
             sheet.append(list(map(typed, row)))
-        about = book.create_sheet(_HEAD_SHEET)
+        about = book.create_sheet(_NAME)
         for name, value in head.items():
             # Excel takes a text such as _x0041_ for a character; JSON has escapes of its own.
             text = json.dumps(value, ensure_ascii=False).replace("_x", r"\u005fx")
@@ -119,7 +118,7 @@ class WorkbookFile(FileFormat):
                 properties = archive.read("docProps/core.xml")
             except KeyError:  # an archive of another kind
                 return False
-        return f">{_CREATOR}<".encode() in properties
+        return f">{_NAME}<".encode() in properties
 
 
 def _openpyxl() -> Any:
