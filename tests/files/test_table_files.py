@@ -270,16 +270,6 @@ def test_a_spreadsheet_shows_designs_and_keeps_everything(tmp_path, suffix):
 # Metadata
 
 
-@given(table=tables())
-def test_a_csv_is_a_header_and_rows(folder, table):
-    path = folder / "plain.csv"
-    table.to_csv(path)
-    frame = pd.read_csv(path, sep=";", dtype=str, keep_default_na=False)
-    assert frame["test"].astype(int).tolist() == table.numbers.tolist()
-    reasons = (table.reasons.get(number, "") for number in table.numbers.tolist())
-    assert all(map(str.endswith, frame["reason"], reasons))  # in front may be an apostrophe
-
-
 def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
     schema = Schema.of(["n", "steel"], ["=a", "b", "b [%]"], units={"=a": "k€", "b": "%"})
     X = np.array([[1, "oak"], [2, "#ash"]], dtype=object)

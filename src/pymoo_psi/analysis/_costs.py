@@ -189,8 +189,6 @@ def none_left_reason(table: TestTable) -> str:
     n_tests = int((~table.failed()).sum())
     if not n_tests:
         return f"of {counted(len(table), words['row'])}, none has values."
-    facts = [f"none of {n_tests} is{within_limits(table)} ({', '.join(limit_words(table))})"]
-    facts += _missing_texts(table)
     violated, _ = table.violations()
     names = [*table.schema.constraints, *table.limits]
     would_be_left = _alone(violated) & np.isfinite(table.F).all(axis=1, keepdims=True)
@@ -210,7 +208,8 @@ def none_left_reason(table: TestTable) -> str:
     else:
         rejects = violated.sum(axis=0)
         remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
-    return f"{'; '.join(facts)}. {remedy}."
+    limits = ", ".join(limit_words(table))
+    return f"none of {n_tests} is{within_limits(table)} ({limits}). {remedy}."
 
 
 def alike(reasons: Iterable[str]) -> list[str]:

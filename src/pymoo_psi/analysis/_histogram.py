@@ -41,8 +41,8 @@ class Histogram:
     tested: Integers
     feasible: Integers
     pareto: Integers
-    outside: tuple[int, int] = (0, 0)
-    logarithmic: bool = False
+    outside: tuple[int, int]
+    logarithmic: bool
 
 
 def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:

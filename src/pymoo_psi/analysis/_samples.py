@@ -10,6 +10,7 @@ from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Entries,
     Names,
     Received,
     counted,
@@ -71,7 +72,7 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     sentences = []
     known = table.problem or {}
     if {RUN, POINT} <= {*table.schema.notes}:
-        run, table = _largest_sample(table)
+        run, table = _largest_sample(table, known.get("runs", {}))
         known = known["runs"][run]
         sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
     sampling = known.get("sampling")
@@ -102,10 +103,10 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     return table, tuple(sentences)
 
 
-def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
+def _largest_sample(table: TestTable, runs: Entries) -> tuple[str, TestTable]:
     """Return the run of a study that has most points of a sequence, and its tests."""
     parts = {}
-    for run, points in (table.problem or {}).get("runs", {}).items():
+    for run, points in runs.items():
         part = table.take(table[RUN] == int(run))
         if len(part) and _is_even(points.get("sampling")):  # another run may have all its tests
             parts[run] = part

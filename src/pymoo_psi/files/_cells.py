@@ -236,7 +236,7 @@ class TextColumn(NamedTuple):
         """``(n,)`` which cells hold neither a finite number nor a text."""
         if self.numbers is not None:
             return ~np.isfinite(self.numbers)
-        return np.array(list(map(is_blank, self.cells)), dtype=bool)
+        return np.array(list(map(is_blank, self.cells)))
 
 
 # From rows to cells

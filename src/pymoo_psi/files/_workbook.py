@@ -168,7 +168,7 @@ def _title(titles: Names, name: str | None) -> str:
     # Taking the first sheet would rank the wrong one where a cover comes first.
     if len(titles) != 1:
         raise UnfitError(
-            f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}",
+            f"it has {counted(len(titles), 'sheet')}: {', '.join(titles)}",
             f"name that of the designs by {argument('sheet')}, or save it as a file of its own",
         )
     return titles[0]
