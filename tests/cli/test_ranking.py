@@ -184,7 +184,8 @@ def test_the_next_command_runs_as_it_is_printed(in_folder, said, name):
 
 
 def test_designs_that_share_a_label_are_called_alike_in_all_lines(in_folder, said):
-    Path("dup.csv").write_text("name,cost,mass\nA,2,4\nB,1,5\nA,4,1\nC,3,3\nB,9,9\n")
+    Path("dup.csv").write_text("name,cost,mass\nA,2,4\nB,1,5\nA,4,1\nname C,3,3\nB,9,9\n")
     printed = said("rank", "dup.csv", "--limits", "cost<=3", "--long")
     assert "\nA #1  " in printed
+    assert "name C  " in printed
     assert "Proposed: A #1" in printed

@@ -219,10 +219,13 @@ def _fitting(table: TestTable, rows: Rows) -> list[list[str]]:
 
 
 def name_column(table: TestTable, rows: Rows) -> list[str]:
-    """Return what designs are called and the names of some rows of the ranking, without this."""
-    ranking = table.feasible_ranking()
-    word = (table.schema.label or TEST).replace("_", " ")
-    return [word, *(ranking.name_of(row).removeprefix(f"{word} ") for row in rows)]
+    """Return what designs are called, and the labels of some rows of the ranking."""
+    labels = table.feasible_ranking().objectives.labels
+    word = table.schema.label or TEST
+    names = [str(labels[row]) for row in rows]
+    if word in (TEST, ROW):  # other columns of labels may have names such as "Model S"
+        names = [name.removeprefix(f"{word} ") for name in names]
+    return [word.replace("_", " "), *names]
 
 
 def _objective_columns(ranking: EfficiencyRanking, rows: Rows) -> list[tuple[str, str, list[str]]]:
