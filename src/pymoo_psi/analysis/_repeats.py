@@ -212,8 +212,7 @@ def has_repeats(table: TestTable) -> bool:
 
 
 def undeclared_repeats(table: TestTable) -> list[str]:
-    """Say which rows share a label, or all variables, and differ in objectives."""
-    table = table.take(np.isfinite(table.F).all(axis=1))  # others have nothing to differ in
+    """Say which of feasible designs share a label, or all variables, and differ in objectives."""
     for label in (table.schema.label, None):
         with suppress(ArgumentValueError):  # of a label that marks no tests of one design
             by, first, design = _tests_by_design(table, label)
