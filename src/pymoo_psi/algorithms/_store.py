@@ -449,9 +449,11 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     is_default = in_main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    is_terminated = False
 
     def interrupt(*_: Any) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        nonlocal is_terminated
+        is_terminated = True
         raise KeyboardInterrupt  # which no model takes for a failure of a design
 
     if is_default:
@@ -463,5 +465,7 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
             error.args = error.args or (store.advice,)  # the last line of what Python prints
         raise
     finally:
-        if is_default and signal.signal(signal.SIGTERM, signal.SIG_DFL) is not interrupt:
+        if is_default:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        if is_terminated:
             os.kill(os.getpid(), signal.SIGTERM)
