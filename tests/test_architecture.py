@@ -259,6 +259,21 @@ def test_examples_for_contributors_pass_as_they_are(examples, command):
     printed_by(*words, cwd=PROJECT)
 
 
+@pytest.mark.parametrize(
+    ("owner", "name", "instead"),
+    [
+        (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "page", "decision_page"),
+        (pymoo_psi.rank_of_efficiency([[1, 2]]), "best", "salukvadze"),
+        (pymoo_psi, "minimize", "pymoo.optimize.minimize"),
+        (pymoo_psi, "absent", "absent"),
+        (pymoo_psi.TestTable.of([1], [[0.1]], [[1, 2]]), "parato", "object has no attribute"),
+    ],
+)
+def test_names_of_other_packages_lead_to_ours(owner, name, instead):
+    with pytest.raises(AttributeError, match=instead):
+        getattr(owner, name)
+
+
 def documented(module):
     """The public classes and functions of a module, and methods of results."""
     for name in module.__all__:

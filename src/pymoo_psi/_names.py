@@ -1,7 +1,7 @@
 """Names of the package, and of its arguments.
 
-Names are imported at their first use. In errors an argument has the name that the user has given
-it, such as that of an option.
+Names are imported at their first use, and found by those of other packages. In errors an argument
+has the name that the user has given it, such as that of an option.
 """
 
 from __future__ import annotations
@@ -18,6 +18,33 @@ import lazy_loader
 
 # Below this line of a stub stand the names that only other subpackages use.
 _SHARED = "# isort: split"
+
+# What users of pymoo, pandas and SciPy look for in a class or module, and what to use here.
+_OTHER_NAMES = {
+    "TestTable": {
+        "page": "decision_page(table)",
+        "report": "decision_report(table)",
+        "explain": "pymoo_psi.explain(table)",
+        "to_excel": "pymoo_psi.write_table(table, path)",
+        "plot": "the functions of pymoo_psi.plots",
+        "head": "to_frame().head()",
+        "loc": "take(rows)",
+        "iloc": "take(rows)",
+        "query": "under(limits=...)",
+        "pareto_front": "take(table.pareto())",
+        "opt": "best()",
+    },
+    "EfficiencyRanking": {
+        "best": "salukvadze",
+        "head": "to_frame().head()",
+        "plot": "the functions of pymoo_psi.plots",
+    },
+    "pymoo_psi": {
+        "minimize": "pymoo.optimize.minimize",
+        "sensitivities": "pymoo_psi.analysis.sensitivities",
+        "sobol": "lp_tau",
+    },
+}
 
 # What errors call arguments that the user has not given, or by another name.
 _NAMES: ContextVar[Mapping[str, str]] = ContextVar("_NAMES", default=MappingProxyType({}))
@@ -94,6 +121,17 @@ def argument(name: str, value: Any = None) -> str:
     return f"{option} {repr(value).strip('[]')}"
 
 
+def require_no_other_name(owner: str, name: str) -> None:
+    """Refuse a name that the owner, a class or module, has not but other packages have.
+
+    Raises:
+        AttributeError: What it is called here.
+    """
+    instead = _OTHER_NAMES.get(owner, {}).get(name)
+    if instead is not None:
+        raise AttributeError(f"{owner} has no {name!r}; use {instead}")
+
+
 def attach_names(
     module: str, file: str
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
@@ -107,6 +145,11 @@ def attach_names(
         The two functions find all names of the stub; ``__all__`` has the public ones.
     """
     find, directory, _ = lazy_loader.attach_stub(module, file)
+
+    def attribute(name: str) -> Any:
+        require_no_other_name(module, name)
+        return find(name)
+
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     public, _, _ = stub.partition(_SHARED)
-    return find, directory, re.findall(r"import \w+ as (\w+)", public)
+    return attribute, directory, re.findall(r"import \w+ as (\w+)", public)

@@ -9,8 +9,9 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pymoo_psi._names import require_no_other_name
 from pymoo_psi._validation import FilePath
 
 if TYPE_CHECKING:
@@ -80,6 +81,13 @@ def with_unit(name: str, unit: str) -> str:
 
 class Shown:
     """A class that a notebook shows as one line and a short table."""
+
+    if not TYPE_CHECKING:  # type checkers would take every name for an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise the error of a missing attribute, which may say what it is called here."""
+            require_no_other_name(type(self).__name__, name)
+            return object.__getattribute__(self, name)  # raises that of Python
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         """Return the first n rows for a reader, and the number of all rows."""

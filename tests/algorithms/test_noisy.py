@@ -15,7 +15,7 @@ from pymoo_psi import (
 )
 from tests.helpers.folders import write_files
 from tests.helpers.models import Model, asked_and_told
-from tests.helpers.refusals import interrupted
+from tests.helpers.refusals import interrupted, refused
 
 
 def waiting(x, seed):
@@ -67,6 +67,10 @@ def test_failed_tests_of_designs_that_recur_are_made_again(study_file):
     algorithm = minimize(die(), PSI(20, study=study_file, retry="failed")).algorithm
     assert algorithm.evaluator.n_eval == (table.status == "failed").sum() > 5
     assert algorithm.table.equals(minimize(die(), PSI(20)).algorithm.table)
+
+
+def test_a_design_is_tested_at_least_once():
+    refused("repeat must be an integer >= 1, got 0", investigate, die(), 4, repeat=0)
 
 
 @pytest.mark.parametrize("options", [{}, {"requirements": ["x1 + x2 >= 0.5"]}])

@@ -42,6 +42,8 @@ OF_EVERY_RUN -= {"repeat", "share", "block_size", "runner", "keep"}
 )
 def test_options_of_every_run_are_described_and_misspelt_ones_refused(owner, run):
     described = inspect.getdoc(owner)
+    # type checkers know names and values
+    assert inspect.signature(owner).parameters["options"].annotation.startswith("Unpack")
     for name in OF_EVERY_RUN:
         assert f"    {name}: " in described
         message = f"{owner.__name__} got an unknown keyword argument .* did you mean '{name}'"

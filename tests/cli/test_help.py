@@ -102,6 +102,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, said, monkey
             "--average-by must be the column that names designs, as there are no variables",
         ),
         ("solve bnh --study s.db --from set.csv", "row 3, x1 must be one real number, got nan"),
+        ("rank ''", "a file or folder must have a name, got ''"),
         ("solve bnh --from set.csv", "--from must be used with --study"),
         ("rank study_key.csv", "error: study_key.csv: No such file"),
         ("solve models:Sized", "its arguments: length, n_ribs"),

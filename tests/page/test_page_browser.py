@@ -534,8 +534,9 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     for table in (read_table(beams(), asked), read_table(tmp_path / "e.csv")):
         table = table.take(table.column("mass") >= 0)  # without the prototype
         assert table.feasible_ranking().ideal.tolist() == reader.ask("[...D.ranking.ideal]")
-    reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]})
+    reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]}, chosen=best)
     assert "No design is left" in reader.text("#verdict")
+    assert f"{best} is chosen." in reader.text("#verdict")
 
 
 # Rows

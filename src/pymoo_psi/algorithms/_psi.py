@@ -11,7 +11,7 @@ import math
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
@@ -36,7 +36,14 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.algorithms._executor import kept_rows, needed_tests
 from pymoo_psi.algorithms._run import Run, by_number, progress_bar, repeated_tests, run_of_sequence
-from pymoo_psi.algorithms._sources import SETTINGS, Keep, Points, RunOptions
+from pymoo_psi.algorithms._sources import (
+    SETTINGS,
+    AlgorithmSettings,
+    Keep,
+    Points,
+    RunOptions,
+    RunSettings,
+)
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
@@ -51,6 +58,9 @@ from pymoo_psi.problems import (
     with_requirements,
 )
 from pymoo_psi.table import TestTable
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
@@ -552,7 +562,7 @@ class PSI(PointAlgorithm):
         *,
         share: tuple[int, int] | None = None,
         block_size: int | None = None,
-        **options: Any,
+        **options: Unpack[AlgorithmSettings],
     ) -> None:
         integer("n_points", n_points, minimum=1)
         super().__init__(n_points, RunOptions(share=share, block_size=block_size), **options)
@@ -582,7 +592,7 @@ def investigate(
     repeat: int = 1,
     share: tuple[int, int] | None = None,
     block_size: int | None = None,
-    **options: Any,
+    **options: Unpack[RunSettings],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 

@@ -7,8 +7,8 @@ source, in a file of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,9 +46,55 @@ Retry = Literal["failed", "incomplete"]
 Keep = Literal["all", "feasible", "pareto"]
 
 
+class RunSettings(TypedDict, total=False):
+    """The options of every run, as arguments; they are described by :class:`PSI`."""
+
+    first: int
+    sampling: PointSequence | None
+    seed: int | None
+    limits: Limits | None
+    formulation: Formulation | None
+    study: FilePath | None
+    study_key: str | None
+    study_wait: float
+    more: bool
+    retry: Retry | None
+    names: ByName | None
+    maximize: Collection[str] | None
+    units: ByName | None
+    log: Collection[str] | None
+    requirements: Any
+
+
+class AlgorithmSettings(RunSettings, total=False):
+    """The options of every run, and those of pymoo's algorithms."""
+
+    termination: Any
+    callback: Any
+    output: Any
+    display: Any
+    archive: Any
+    evaluator: Any
+    return_least_infeasible: bool
+    save_history: bool
+    verbose: bool
+
+
+# The names of the options that every run has.
+SETTINGS = RunSettings.__optional_keys__
+
+
 @dataclass(frozen=True)
-class RunSettings:
-    """The options that every run has; they are described by :class:`PSI`."""
+class RunOptions:
+    """The options of a run: which points are tested, how, and where tests are stored.
+
+    ``share`` and ``block_size`` are described by :class:`PSI`, the other ones that only some runs
+    have by :func:`investigate`.
+
+    Raises:
+        ArgumentValueError: A count is out of range, or there is no such action or share.
+        ArgumentTypeError: An option has the wrong type.
+    """
 
     first: int = 1
     sampling: PointSequence | None = None
@@ -65,20 +111,6 @@ class RunSettings:
     units: ByName | None = None
     log: Collection[str] | None = None
     requirements: Any = None
-
-
-@dataclass(frozen=True)
-class RunOptions(RunSettings):
-    """The options of a run: which points are tested, how, and where tests are stored.
-
-    ``share`` and ``block_size`` are described by :class:`PSI`, the other ones that only some runs
-    have by :func:`investigate`.
-
-    Raises:
-        ArgumentValueError: A count is out of range, or there is no such action or share.
-        ArgumentTypeError: An option has the wrong type.
-    """
-
     share: tuple[int, int] | None = None
     repeat: int = 1
     block_size: int | None = None
@@ -93,6 +125,7 @@ class RunOptions(RunSettings):
             Share.checked(self.share)
         if self.seed is not None:
             integer("seed", self.seed, minimum=0)
+        integer("repeat", self.repeat, minimum=1)
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
         if self.more and self.study is None:
@@ -125,10 +158,6 @@ class RunOptions(RunSettings):
         if self.share is None:
             return ALL
         return Share.checked(self.share)
-
-
-# The names of the options that every run has.
-SETTINGS = frozenset(field.name for field in fields(RunSettings))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -22,7 +22,7 @@ from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
-from pymoo_psi.algorithms._sources import Points, RunOptions, Source
+from pymoo_psi.algorithms._sources import AlgorithmSettings, Points, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import (
     REACH,
@@ -34,6 +34,9 @@ from pymoo_psi.algorithms._surrogate_models import (
 )
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Kernels are fitted again when there are this many times as many tests as at the last fit, as a fit
 # takes as long as everything else in several rounds. Each fit is a function of the first tests
@@ -152,7 +155,7 @@ class SurrogatePSI(PointAlgorithm):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        **options: Any,
+        **options: Unpack[AlgorithmSettings],
     ) -> None:
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:

@@ -40,6 +40,8 @@ Options: TypeAlias = SimpleNamespace
 
 def path_in(text: str | Path) -> Path:
     """Return a typed path with ``~`` expanded, which shells do not do in ``--out=~/x.csv``."""
+    if not os.fspath(text):  # an unset $FILE; Path would take it for "."
+        raise click.BadParameter("a file or folder must have a name, got ''")
     return Path(os.path.expanduser(text))
 
 

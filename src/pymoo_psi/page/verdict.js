@@ -31,7 +31,7 @@ function showVerdict() {
     renew("verdict-variables", variables.length && `${variables.join(", ")}.`)
   } else {
     renew("verdict-title", "No design is left")
-    renew("verdict-words")
+    renew("verdict-words", chosen >= 0 && make("p.warning", `${called(chosen)} is chosen.`))
     renew("verdict-actions", clear)
     renew("verdict-variables")
   }
