@@ -112,6 +112,7 @@ def test_metadata_of_others_are_found_before_the_run(folder, said):
 def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
     frame = pd.DataFrame({"name": ["A", "#B", "C", "D"], "a": [1, 2, 3, 4], "b": [1, 2, 3, 5]})
     frame.to_excel("set.xlsx", index=False)
+    (tmp_path / "o.csv").touch()  # as by mktemp
     said("rank", "set.xlsx", "--maximize", "b", "--units", "a=µg", "--out", "o.csv")
     table = read_table("o.csv")
     assert sorted(table.names) == sorted(read_table("set.xlsx").names)

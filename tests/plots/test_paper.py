@@ -39,6 +39,7 @@ def test_points_are_drawn_by_rank_the_optimum_on_top(case, figures):
     whole, detail = figures[4].axes
     drawn = np.concatenate([line.get_xydata() for line in whole.lines])
     assert sorted(map(tuple, drawn)) == sorted(map(tuple, case.designs.X))
+    assert {ax.get_xlabel() for ax in figures[4].axes} == {r"$u_1$, slope $\tan\,\alpha$"}
     star = whole.lines[-1]
     assert star.get_zorder() == max(line.get_zorder() for line in whole.lines)
     np.testing.assert_array_equal(star.get_xydata(), case.designs.X[case.ranking.salukvadze])

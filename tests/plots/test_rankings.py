@@ -168,7 +168,9 @@ def test_a_row_is_that_of_the_table():
     assert "2. test 2" in texts(plot_ranking(table, row=1))
     dominated = plot_ranking(table.under(limits={}), row=0)  # and far worse than the others
     assert "test 1, dominated" in texts(dominated)
-    assert dominated.axes[0].get_xlim()[0] < -1  # its line is whole
+    lines = [line.get_xdata() for line in dominated.axes[0].lines if len(line.get_xdata())]
+    assert min(map(min, lines)) == dominated.axes[0].get_xlim()[0] == -0.5  # others have room
+    assert dominated.caption.endswith("An arrow marks a value worse than its axis shows.")
     refused("a feasible design", plot_ranking, table, row=0)
     refused("from 0 to 3", plot_ranking, table, row=4)
 
@@ -203,7 +205,7 @@ def test_names_are_beside_points_and_none_is_over_another(width, n, tmp_path):
             assert places == [str(k + 1) for k in range(len(front))]
 
 
-@pytest.mark.parametrize(("width", "n_names"), [(180, 6), (30, 0)])
+@pytest.mark.parametrize(("width", "n_names"), [(180, 7), (30, 0)])
 def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(width, n_names):
     """Not all have room beside designs that are so near to each other."""
     x = np.array([0, 1, 1.04, 1.08, 1.12, 1.16, 2])
@@ -215,6 +217,18 @@ def test_names_stand_beside_points_or_at_the_end_of_a_line_where_they_have_room(
     assert len(written) == 7
     # Numbers are so short that they may all be beside their points.
     assert not n_names or any(text.arrow_patch.get_visible() for text in written)
+
+
+def test_long_names_leave_room_for_short_ones_beside_their_points():
+    """A line to one of these names would pass over the point of another."""
+    x = np.array([1, 1.02, 1.04, 1.06, 2, 2.02, 2.04, 3])
+    labels = [
+        n * letter for n, letter in zip((26, 21, 26, 7, 26, 18, 23, 16), "abcdefgh", strict=True)
+    ]
+    ax = plane(read_table(pd.DataFrame({"cost": x, "mass": 4 - x}, labels)))
+    assert_readable(ax.figure)  # it is drawn
+    assert len(ax.texts) == 8
+    assert all(name.get_visible() and not name.arrow_patch.get_visible() for name in ax.texts)
 
 
 def test_names_are_not_on_the_front_or_a_limit():

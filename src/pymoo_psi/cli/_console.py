@@ -407,7 +407,9 @@ def require_output(path: Path, suffixes: Names, *inputs: Path | None) -> Path:
 
 
 def _is_ours(path: Path) -> bool:
-    """Return whether a file is a result of pymoo-psi, which a new one may replace."""
+    """Return whether a file is empty or a result of pymoo-psi, which a new one may replace."""
+    if path.stat().st_size == 0:  # as made by mktemp
+        return True
     file_format = _FORMATS.get(path.suffix.lower())
     if file_format is None:  # HTML
         return is_marked(path)

@@ -77,6 +77,7 @@ _LEVELS = 40  # between two rows where lines are counted
 _BINS = 60  # along a row
 _DENSE = 0.98  # quantile of it from which on it is equally dark
 _BLACK = 3.5  # times this it would be black
+_BEYOND = -0.5  # place up to which an axis reaches for a marked design
 _NEAR = 10  # places up to which lines are darker
 _NEAREST = 3  # the same of few lines, or in a narrow figure; these have names
 _PAIRS = 4  # pairs of objectives, in two columns
@@ -371,7 +372,11 @@ def plot_ranking(
     n = len(ranking.objectives.names)
     with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
-        edge = min(0.0, places[[*front, *marks]].min())  # beyond a fixed range
+        edge = min(0.0, places[front].min())  # beyond a fixed range
+        # A marked design may be far worse than all others, which need the room.
+        edge = min(edge, max(_BEYOND, places[[*marks]].min()))
+        is_beyond = places < edge
+        places = np.maximum(places, edge)
         ax.set(xlim=(edge, 1))
         ax.axis("off")
         word = marks[marked][0] if values else ""
@@ -381,12 +386,17 @@ def plot_ranking(
         for design, (label, style) in marks.items():
             ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
             ax.plot([], [], style["linestyle"], color=style["color"], label=label)
+            for j in np.flatnonzero(is_beyond[design]):
+                ax.plot(edge, j, "<", color=style["color"], markersize=9, zorder=6, clip_on=False)
         _draw_lines(ax, ranking, places, n_near, [*marks])
         if np.any(ranking.place[front] > n_near):
             figure.fit(add_key, figure, [ax])
         names = _add_names(ax, ranking, named, n_near, marks)
         figure.fit(_name_lines, figure, ax, names, places[named, -1], n)
-        figure.describe(title, *_ranking_in_words(ranking, is_log))
+        arrows = ""
+        if is_beyond[[*marks]].any():
+            arrows = "An arrow marks a value worse than its axis shows."
+        figure.describe(title, *_ranking_in_words(ranking, is_log), arrows)
     return figure
 
 

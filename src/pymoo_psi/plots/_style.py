@@ -44,6 +44,9 @@ for weight in ("regular", "bold"):
     fontManager.addfont(Path(__file__).with_name(f"inter-{weight}.ttf"))
 
 Style: TypeAlias = dict[str, Any]
+_Place: TypeAlias = tuple[float, Bbox, Line | None]
+"""The place of a name, its box and a line from afar; its cost is the distance in points, and more
+for what it would cover."""
 
 ACCENT = "#0B5CAD"
 INK = "#1A1A1A"
@@ -290,7 +293,7 @@ def name_axis(
     Args:
         axes: The axes.
         letter: Which axis.
-        label: Its name.
+        label: Its name; empty if it has its name, or none.
         options: Texts at 0, 1, …; empty for an axis of numbers.
         sign: 1 where less is better, -1 where more is better, else 0.
     """
@@ -305,7 +308,7 @@ def name_axis(
         n_ticks = _MOST_TICKS - 1
     texts = [_BETTER[sign].format(literal(label))]
     texts += [_ARROWS[letter][sign].format(literal(label, most)) for most in range(40, 2, -3)]
-    for text in texts:
+    for text in texts if label else ():
         axis.set_label_text(text)
         if extent(axis.label).width * 72 <= room * figure.dpi:
             break
@@ -458,38 +461,40 @@ def name_points(
 def _place(
     axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
 ) -> None:
-    """Write each name at its best place, the shorter text if the first one has no good place."""
+    """Write each name at its best place: the short text, then the long one where it has room."""
     point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
     annotations = [name for name, *_ in names]
-    taken = [extent(text) for text in axes.texts if text.get_visible() and text not in annotations]
-    lines = []
+    texts = [extent(text) for text in axes.texts if text.get_visible() and text not in annotations]
+    curves = []
     for line in axes.lines:
         if line.get_linestyle() != "None":
-            lines.append(line.get_transform().transform_path(line.get_path()))
-    for name, texts, row in names:
+            curves.append(line.get_transform().transform_path(line.get_path()))
+    best: dict[int, _Place] = {}
+    for turn, (name, words, row) in product((-1, 0), names):
+        others = [best[other] for other in best.keys() - {row}]
+        taken = texts + [box.padded(_GAP * point, 0) for _, box, _ in others]
+        lines = curves + [leader for *_, leader in others if leader is not None]
         name.set_visible(True)  # an invisible one has no size
-        for text in texts:
-            name.set_text(text)
-            cost, box, leader = _best_place(axes, dots, row, extent(name), lines, taken)
-            if cost < _BAD:
-                break
+        name.set_text(words[turn])
+        place = _best_place(axes, dots, row, extent(name), lines, taken)
+        if turn == -1 or place[0] < _BAD:
+            best[row] = place
+        else:
+            name.set_text(words[-1])
+    for name, _, row in names:
+        cost, box, leader = best[row]
         name.set_visible(cost < np.inf)
-        name.xyann = tuple((box.p0 - dots[row]) / point + 1)
         arrow: Any = name.arrow_patch
         arrow.set_visible(leader is not None)
-        taken.append(box.padded(_GAP * point, 0))
-        if leader is not None:
-            lines.append(leader)
+        if name.get_visible():
+            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
 
 
 def _best_place(
     axes: Axes, dots: Array, row: int, text: Bbox, lines: Sequence[Line], taken: Sequence[Bbox]
-) -> tuple[float, Bbox, Line | None]:
-    """Return the best place of a text near its dot: its cost, its box, a line from afar.
-
-    The cost is the distance in points; what the text or its line would cover adds to it. It is
-    infinite if there is no room.
+) -> _Place:
+    """Return the best place of a text near its dot, whose cost is infinite if there is no room.
 
     Args:
         axes: The axes.
@@ -502,7 +507,7 @@ def _best_place(
     point = axes.figure.dpi / 72
     size = text.padded(point).size
     others = np.delete(dots, row, axis=0)
-    best: tuple[float, Bbox, Line | None] = (np.inf, Bbox.null(), None)
+    best: _Place = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
         if best[0] < reach:  # whatever is farther costs more
             break
@@ -516,8 +521,12 @@ def _best_place(
         radius = reach  # it would name the nearest dot
         if reach > _NEAR:
             radius = _MARK
-            leader = Line([dots[row], (box.p0 + box.p1) / 2])
+            way = (box.p0 + box.p1) / 2 - dots[row]
+            leader = Line([dots[row], dots[row] + way])
             n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
+            along = np.clip((others - dots[row]) @ way / (way @ way), 0.0, 1.0)
+            nearest = dots[row] + np.outer(along, way)
+            n_bad += np.sum(np.hypot(*(others - nearest).T) < _MARK * point)
         n_bad += box.padded(radius * point).count_contains(others)
         if reach + _BAD * n_bad < best[0]:
             best = (reach + _BAD * n_bad, box, leader)
