@@ -121,6 +121,7 @@ def test_objects_that_a_study_does_not_compare_are_named(study_file):
         lambda E: Model(weights=[None, E]),
         lambda E: Model(weights=pd.Series([E, 2.0])),
         lambda E: Model(weights=(np.array([1, E]), np.float64(3))),
+        lambda E: Model(weights=np.ma.array([1.0, 2.0], mask=[False, E > 1])),
     ],
 )
 def test_constants_in_objects_belong_to_a_study(study_file, made):

@@ -236,6 +236,16 @@ def test_an_equality_that_follows_from_others_counts_once(once, again):
     assert (repeated.status == "ok").all()
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("bound", [0, 1])
+def test_an_equality_may_leave_one_value_of_each_variable(n, bound):
+    rule = " + ".join("abc"[:n]) + f" = {n * bound}"
+    X = investigate(Mixture([0, 0, 0, 0], [1, 1, 1, 1], [rule]), 8).X
+    assert (X[:, :n] == bound).all()
+    assert len({*X[:, 3]}) == 8
+
+
 def test_variables_of_equalities_are_real():
     table = investigate(MIXED, 16, requirements=["x + y = 10"])
     np.testing.assert_allclose(np.sum(table.X[:, :2], axis=1).astype(float), 10)

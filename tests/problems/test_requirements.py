@@ -235,6 +235,16 @@ def bars(rules):
     )
 
 
+def test_values_of_a_design_may_be_in_any_order():
+    command = "python -S -c \"print('mass =', {w}+{h})\""
+    variables = {"w": [1, 4], "h": [1, 4], "steel": {"choices": ["S", "T"]}}
+    outputs = {"mass": {"file": "stdout.txt", "pattern": r"mass = (\S+)"}}
+    minimize, rule = {"minimize": ["mass"]}, ["w + 2*h = 5"]
+    program = {"command": command + " {steel}", "keep": "none"}
+    problem = ProgramProblem(variables, program, outputs, minimize, requirements=rule)
+    assert problem.evaluate(np.array([{"steel": "S", "h": 1.0, "w": 3.0}]))[0] == 4
+
+
 def by_psi(problem, study):
     return investigate(problem, 16, study=study)
 

@@ -185,3 +185,8 @@ CHUTE = SphereChute()
 )  # fmt: skip
 def test_mistakes(problem, options, kind, message):
     refused(message, Robust, problem, error=kind, **options)
+
+
+def test_statistics_are_one_for_each_objective():
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        Robust(CHUTE, tolerances={"x1": 0.1}, statistics=["mean"] * 3)

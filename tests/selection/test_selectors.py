@@ -20,6 +20,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.selection import compare_selectors
 from tests.helpers.fronts import in_shares
+from tests.helpers.refusals import refused
 
 sets = st.one_of(
     st.tuples(st.integers(1, 20), st.integers(1, 5)).flatmap(
@@ -110,6 +111,10 @@ def test_rows_are_those_of_all_designs():
 def test_a_front_of_one_design_is_chosen_whatever_the_selector():
     """pymoo's HighTradeoffPoints fails on fewer than three."""
     assert compare_selectors([[1.0, 1.0], [2.0, 3.0]], {"h": Fixed(7)})["h"].tolist() == [0]
+
+
+def test_weights_of_a_decomposition_are_numbers():
+    refused("ASF must be finite, got nan", compare_selectors, F3, {"ASF": (ASF(), [1, np.nan])})
 
 
 def test_rows_of_a_table_are_those_of_all_tests():

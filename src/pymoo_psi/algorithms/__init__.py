@@ -45,11 +45,10 @@ or other numbers, arrays, texts and names of functions that the problem was made
 its class, given or default, that it keeps as attributes of the same name, also in lists, mappings
 and data classes (or what its method ``fingerprint()`` returns). An argument that is added to the
 class later, or removed, is accepted with its default value. A warning names arguments that are
-other objects, a ``lambda``, or functions defined within others. Paths are not compared: a
-``pathlib.Path``, and a text with a slash that begins or ends as paths do, such as ``"/data/mesh"``,
-``"./mesh"``, ``"meshes/"`` or ``"meshes/b.msh"``; a unit such as ``"N/mm2"`` is. The study does not
-know other attributes or the code of the model. Change ``study_key`` when a constant in the code or
-the program changes; otherwise one table mixes old and new results. Failed designs stay failed until
+other objects, a ``lambda``, or functions defined within others. A ``pathlib.Path`` is not compared,
+since it says where something is; a text such as ``"/data/mesh"`` is. The study does not know other
+attributes or the code of the model. Change ``study_key`` when a constant in the code or the program
+changes; otherwise one table mixes old and new results. Failed designs stay failed until
 ``PSI(..., retry="failed")`` tests them again.
 
 Many machines can share an investigation without communication. Each tests its share of the points

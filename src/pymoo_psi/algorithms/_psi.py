@@ -513,10 +513,10 @@ class PSI(PointAlgorithm):
             texts, arrays and names of functions that the problem was made with, or what its method
             ``fingerprint()`` returns. These are arguments of its class, given or default, that it
             keeps as attributes of the same name, also in lists, mappings and data classes, but no
-            paths; a warning names those that are other objects, or functions without a name of
-            their own. An argument that is added to the class later, or removed, is accepted with
-            its default value. The study does not know other attributes or the code of the model.
-            Other bounds, samplings or requirements start another run in the same study.
+            ``pathlib.Path``; a warning names those that are other objects, or functions without a
+            name of their own. An argument that is added to the class later, or removed, is accepted
+            with its default value. The study does not know other attributes or the code of the
+            model. Other bounds, samplings or requirements start another run in the same study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study, 10 by default.

@@ -50,7 +50,7 @@ class _Equality:
             self._variables.insert(0, (columns[k], widths[k], is_reversed[k], others, shares))
             areas = np.cumsum(shares) - shares / 2
             shares = areas - np.interp(self._sums - widths[k], self._sums, areas)
-            shares /= shares[-1]
+            shares /= shares[-1] or 1.0  # 0 if each variable has one value
 
     def fill(self, points: Array) -> None:
         """Replace ``(n, n_var)`` points of the unit cube by positions that meet the equality.

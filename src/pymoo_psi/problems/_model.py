@@ -219,7 +219,7 @@ def _constant(value: Any, objects: list[Any]) -> Any:
         if hasattr(part, "to_numpy"):  # of pandas and polars
             part = part.to_numpy()
         if isinstance(part, (np.ndarray, np.generic, range)):
-            return np.asarray(part).tolist()
+            return np.asanyarray(part).tolist()  # None where it is masked
         # Functions and classes, without the module, which is another one for a script, a worker
         # process, or who imports it; a method with its object. Of lambdas, functions in functions
         # and those with values of another one, there may be several of a name.

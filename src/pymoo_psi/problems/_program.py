@@ -417,7 +417,7 @@ class ProgramProblem(ElementwiseProblem):
     def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         require_model(self)
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
-        columns = {name: np.array([value]) for name, value in design.items()}
+        columns = {name: np.array([design[name]]) for name in self.variables}
         for rule in self._required:
             if rule.violation(columns)[0] > 0:
                 remedy = "give the algorithm Required(problem)"

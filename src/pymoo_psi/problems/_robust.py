@@ -138,7 +138,7 @@ class Robust(WrappedProblem):
         nominal = self.problems[0]
         self.space: DesignSpace = design_space(nominal)
         self._columns = [_column(self.space, title) for title in tolerances]
-        self.statistics = _for_each(statistics, nominal.n_obj)
+        self.statistics: list[str] = np.broadcast_to(statistics, nominal.n_obj).tolist()
         self._shares = [_share(str(statistic)) for statistic in self.statistics]
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
@@ -256,13 +256,6 @@ def _column(space: DesignSpace, title: str) -> int:
             "fix it or give the rule outside, as Required(Robust(problem, ...), rule)",
         )
     return j
-
-
-def _for_each(statistics: str | Names, n_obj: int) -> list[str]:
-    """Return the statistic of each objective; one text is that of all."""
-    if isinstance(statistics, str):
-        return [statistics] * n_obj
-    return [*statistics]
 
 
 def _share(statistic: str) -> float:

@@ -357,7 +357,7 @@ def compare_selectors(
             if len(front) == 1:  # some cannot scale it
                 rows: Any = [0]
             elif isinstance(selector, Decomposition):
-                rows = np.argmin(selector.do(distances.copy(), np.array(weights)))
+                rows = np.argmin(selector.do(distances.copy(), finite_array(name, weights)))
             else:
                 rows = selector.do(values.copy())
         if rows is None:
