@@ -160,6 +160,8 @@ def test_an_edited_default_is_another_model(study_file, wrap):
     same = [
         (beam(load=1.0), {"load": 1}),
         (beam(load=2.0), {"load": 1.0}),
+        (beam(load=1.0, rates=(1, 2)), {"rates": np.array([1, 2])}),  # added, kept as an array
+        (beam(load=1.0), {}),  # removed
         (beam(load=1.0, loss=0.5), {}),  # added
         (beam(load=1.0), {}),  # removed
     ]

@@ -238,4 +238,4 @@ def _constant(value: Any, objects: list[Any]) -> Any:
     text = json.dumps(constant)
     if len(text) > _LONGEST:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-    return constant
+    return json.loads(text)  # a tuple is a list
