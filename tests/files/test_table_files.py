@@ -131,6 +131,7 @@ def test_a_round_trip_by_workbook_changes_nothing(folder, table):
 
 @examples(2)
 @given(table=tables())
+@example(table=TestTable.of([1], [[0.0]], [[1.0]], notes={"id": [2**64]}))  # too long for SQLite
 def test_a_round_trip_by_study_changes_nothing(folder, table):
     path = folder / "table.db"
     path.unlink(missing_ok=True)

@@ -7,6 +7,7 @@ import sqlite3
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pymoo_psi.errors import (
@@ -81,6 +82,15 @@ FOREIGN = {
 def test_a_foreign_file_is_left_alone(tmp_path, make):
     make(tmp_path / "mine.db")
     refused_and_left(tmp_path / "mine.db", r"mine.db is no study of .*; it was left as it is")
+
+
+def test_the_error_of_a_damaged_study_is_what_sqlite_finds(study):
+    query = "SELECT rootpage FROM sqlite_master WHERE name IN ('meta', 'sqlite_autoindex_tests_1')"
+    (meta,), (index,) = sql(study.path, f"{query} ORDER BY name")
+    pages = np.frombuffer(Path(study.path).read_bytes(), np.uint8).reshape(-1, 4096).copy()
+    pages[meta - 1] = pages[index - 1]
+    Path(study.path).write_bytes(pages.tobytes())
+    refused_and_left(Path(study.path), "or damaged: .* in meta")
 
 
 # A study whose file is replaced while a run writes

@@ -223,6 +223,7 @@ OF_TABLES = (
         (lambda: TestTable.of([1], 0.5, [[1.0]]), TypeError, "X must be .* rows, mappings or a frame, got 0.5"),
         (lambda: PLAIN.under(ranges={"f1": (1, 0)}), ValueError, "the range of 'f1' must be a pair .* got \\(1, 0\\)"),
         (lambda: PLAIN.under(ranges={"f1": (0, None)}), TypeError, "the range of 'f1' must be .* got \\(0, None\\)"),
+        (lambda: PLAIN.under(objectives=np.array(["f1", "f2"])), TypeError, "objectives must be a list of names, got array"),
         (lambda: PLAIN.take([]).row_of("A"), ValueError, "design must be the name of one design as a text, or the number .*, got 'A'"),
         (lambda: PLAIN.take([[True], [False]]), ValueError, "selection must be a mask or indices of rows"),
         (lambda: PLAIN.take([[0], [1]]), ValueError, "selection must be a mask or indices of rows, got shape"),

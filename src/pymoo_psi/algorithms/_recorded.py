@@ -60,8 +60,7 @@ class Recorded(WithTable, WrappedProblem):
         problem: A pymoo problem, elementwise or not, with any constraints and variables with
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is created if it does not exist. One process at a time
-            writes; others wait for the end of its batch and then use its tests. It stays open, with
-            an empty journal beside it, while this object lives.
+            writes; others wait for the end of its batch and then use its tests.
         study_key, ...: The options of a study, as for :class:`PSI`. With ``retry``, a failed test
             is evaluated again when an algorithm asks for its design.
 

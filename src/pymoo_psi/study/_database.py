@@ -176,7 +176,7 @@ class Database:
     @property
     def facts(self) -> Facts:
         """The facts of the study as a whole."""
-        with intact(self._path):
+        with intact(self.db, self._path):
             meta = {key: json.loads(text) for key, text in self.db.execute("SELECT * FROM meta")}
             runs = self.runs()
             n_changes = self.count("log")
@@ -250,7 +250,7 @@ class Database:
         """Return the run and the test of proposals, by default of those that have a test."""
         query = f"SELECT run, test, point, proposal FROM plan WHERE proposal NOT NULL AND {where}"
         rows = []
-        with intact(self._path):
+        with intact(self.db, self._path):
             for run, test, point, text in self.db.execute(query, arguments):
                 rows.append((run, test, Proposal(point, *json.loads(text))))
         return rows
@@ -561,7 +561,7 @@ class Database:
             kinds.append((name, DTYPES[kind]))
         expressions += ["status", "coalesce(reason, '')"]
         kinds += [(name, np.object_) for name in ("status", "reason")]
-        with intact(self._path):
+        with intact(self.db, self._path):
             query = f"SELECT {', '.join(expressions)} FROM {source}"
             cells = np.fromiter(self.db.execute(query, arguments), kinds)
         return {name: np.ascontiguousarray(cells[name]) for name, _ in kinds}

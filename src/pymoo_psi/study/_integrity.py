@@ -124,14 +124,18 @@ def reported(path: str, *system: type[OSError]) -> Iterator[None]:
 
 
 @contextmanager
-def intact(path: str) -> Iterator[None]:
-    """Turn errors of a body that only reads content into those of a damaged study."""
+def intact(db: sqlite3.Connection, path: str) -> Iterator[None]:
+    """Turn errors of a body that only reads content into those of a damaged study.
+
+    They say what SQLite's own check finds in the file, or else what could not be read.
+    """
     try:
         yield
     except PsiError:
         raise
     except (LookupError, TypeError, ValueError) as error:
-        raise unreadable(path, str(error)) from error
+        (found,) = db.execute("PRAGMA integrity_check(1)").fetchone()
+        raise unreadable(path, str(error) if found == "ok" else found) from error
 
 
 def unreadable(path: str, problem: str) -> StudyCorruptError:

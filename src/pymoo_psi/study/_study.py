@@ -283,7 +283,7 @@ class Study:
         with reported(self.path), closing(connected(self.path)) as db:
             db.execute(begin)
             database = Database(db, self.path)
-            with intact(self.path):
+            with intact(db, self.path):
                 require_study(db, self.path)
                 stored_id = database.get("id")
             if self._id not in (None, stored_id):

@@ -177,7 +177,7 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
         if column.role in (LABEL, NOTE):
             # A spreadsheet reads 7 as a number.
             for i, cell in enumerate(cells.tolist()):
-                if type(cell) is int:
+                if type(cell) is int and abs(cell) < 2**63:
                     columns[column.name][i] = cell
     results = result_columns(table.columns)
     columns[results["status"]] = table.status.astype(object)

@@ -313,14 +313,12 @@ class TestTable(View, Shown):
         for name in fields:
             known_name("an argument of under()", name, FormulationFields.__annotations__)
         given = self.decision if formulation is None else decision_of(formulation)
-        asked = given.formulation
-        objectives = fields.get("objectives", asked.objectives) or self.evaluated.objectives
+        stated = replace(given.formulation, **fields)
         # What the table's own formulation says of these objectives.
         own = replace(self.formulation, objectives=self.schema.objectives)
-        own = own.with_objectives(objectives)
+        own = own.with_objectives(stated.objectives or self.evaluated.objectives)
         if formulation is None:
-            asked = replace(asked, maximize=own.maximize, ranges=own.ranges)
-        stated = replace(asked, **fields)
+            stated = replace(replace(stated, maximize=own.maximize, ranges=own.ranges), **fields)
         if stated.ranges is None:
             stated = replace(stated, ranges=own.ranges)
         decision = given if isinstance(formulation, Decision) else self.decision
@@ -336,9 +334,10 @@ class TestTable(View, Shown):
         """
         for name, limit in self.limits.items():
             if limit.texts and len(self) and name not in self.schema.variables:
-                texts = texts_of(self.column(name))
-                if not np.isin(limit.texts, texts).any():
-                    known_name(f"{name!r} in limits", limit.texts[0], {*texts[:_N_SHOWN].tolist()})
+                cells = self.column(name)
+                if len(limit.missing(cells)) == len(limit.texts):
+                    texts = {*texts_of(cells[:_N_SHOWN]).tolist()}
+                    known_name(f"{name!r} in limits", limit.texts[0], texts)
         self.feasible()  # refuses columns that limits and expressions cannot use
         ranges = self.fixed_ranges
         objectives = self.schema.objectives
@@ -416,7 +415,11 @@ class TestTable(View, Shown):
             failures = {number: why for number, why in failures.items() if number in selected}
         # `take` of an array needs a quarter of the time of an index in brackets.
         data = {name: cells.take(rows) for name, cells in self.data.items()}
-        return replace(self, data=data, numbers=numbers, failures=failures)
+        table = replace(self, data=data, numbers=numbers, failures=failures)
+        if "_front" in vars(self) and self._front[rows].all():
+            # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
+            vars(table)["_front"] = np.ones(len(rows), dtype=bool)
+        return table
 
     def _rows_of(self, selection: Any) -> Rows:
         """Return the indices of the rows that :meth:`take` selects."""

@@ -380,8 +380,8 @@ class View:
         firsts = np.zeros(len(rows))
         if self.schema.objectives:
             firsts = np.nan_to_num(self.F[rows, 0])
-        _, inverse, counts = np.unique(firsts, return_inverse=True, return_counts=True)
-        places = np.flatnonzero(counts[inverse] > 1)
+        values, counts = np.unique(firsts, return_counts=True)
+        places = np.flatnonzero(np.isin(firsts, values[counts > 1]))
         rows = rows[places]
         designs = {name: self.data[name][rows] for name in variables}
         parts = [self.evaluated.keys(designs), map(bytes, self.F[rows])]
