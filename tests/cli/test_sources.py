@@ -117,7 +117,7 @@ REFUSED = {
     "total": ("name,a,b\nA,1,4\nB,2,3\nC,4,2\nTotal,7,9\n", "set.csv: row 4 (line 5) is named 'Total', as computed from others"),
     "gaps": ("a,b\n1,4\n,3\n3,2\n", "--drop-incomplete"),
     "one objective": ("a,b\n1,x\n2,y\n", "two columns or more must be of numbers"),
-    "empty": ("", "it must hold column names, then the designs"),
+    "empty": ("", "it must hold a line of column names"),
     "named as a ranking's": ("name,rank,pareto,cost\nA,1,1,2\nB,2,0,1\n",
                              "got 'pareto'; rename it, or name others by --objectives and"),
 }  # fmt: skip
