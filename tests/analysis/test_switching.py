@@ -135,3 +135,5 @@ def test_a_limit_on_texts_has_no_bounds():
     costs = constraint_costs(table)
     np.testing.assert_array_equal(costs[["lower", "upper"]], [[-np.inf, 1.5], [np.nan, np.nan]])
     assert costs["rejects"].tolist() == table.violations()[0].sum(axis=0).tolist() == [1, 1]
+    none = none_left_reason(table.under(limits={"rail": ["yes", "on"], "cost": 0.5}))
+    assert "; no design has on as rail. Without the limit on cost, 1 is left;" in none

@@ -208,8 +208,8 @@ def none_left_reason(table: TestTable) -> str:
     else:
         rejects = violated.sum(axis=0)
         remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
-    limits = ", ".join(limit_words(table))
-    return f"none of {n_tests} is{within_limits(table)} ({limits}). {remedy}."
+    none = f"none of {n_tests} is{within_limits(table)} ({', '.join(limit_words(table))})"
+    return f"{'; '.join([none, *_missing_texts(table)])}. {remedy}."
 
 
 def alike(reasons: Iterable[str]) -> list[str]:

@@ -319,8 +319,9 @@ def cells_of_frame(frame: Any) -> tuple[Cells, Head]:
     frame, head = _with_index(frame.set_axis(names, axis="columns"))
     columns = {}
     for name, column in frame.items():
-        cells = column.astype(object).where(column.notna(), None)
-        columns[name] = list(map(plain, cells.tolist()))
+        columns[name] = column.astype(object).where(column.notna(), None).tolist()
+        if column.dtype == object:
+            columns[name] = list(map(plain, columns[name]))
     return Cells(columns, range(1, len(frame) + 1)), head
 
 
@@ -431,7 +432,10 @@ def _numbers(cells: list[Any], mark: str) -> Array | None:
         cells: The cells, without spaces around them.
         mark: The decimal mark.
     """
-    if {*map(type, cells)} == {str}:
+    types = {*map(type, cells)}
+    if types == {float}:
+        return np.array(cells)
+    if types == {str}:
         text = "\n".join(cells)
         if mark == ",":
             text = text.translate(SWAPPED)
@@ -483,8 +487,8 @@ def _read(
     rows = np.flatnonzero(~np.isnan(numbers))
     if len(rows) == 0:
         return column
-    texts = [str(column.cells[row]).strip() for row in rows]
-    if "%" not in column.name and texts[0].endswith("%"):
+    texts = [text.strip() for row in rows if isinstance(text := column.cells[row], str)]
+    if "%" not in column.name and "".join(texts[:1]).endswith("%"):
         column = column._replace(unit="%")
     differs = numbers[rows] != last[rows]
     if not differs.any():
@@ -542,7 +546,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse rows that are named as a sum, one at an end named as a statistic, and a sum below all.
+    """Refuse rows named as a sum, one at an end named as a statistic, and a sum below all.
 
     The sum of two may be a design that has a name.
 
@@ -562,22 +566,42 @@ def require_designs(
     for name, column in columns.items():
         if column.numbers is not None and name not in labels:
             numbers.append(column.numbers)
-    names = [str(cell).strip() for cell in naming.cells]
-    last = len(names) - 1
-    for row, name in enumerate(names):
-        # Names that recur, or stand between others, are those of levels.
-        is_apart = row in (0, last) and names.count(name) == 1
-        if _SUM.fullmatch(name) or (is_apart and _STATISTIC.fullmatch(name)):
-            raise UnfitError(
-                f"{cells.where(row)} is named {name!r}, as computed from others",
-                f"{cells.without(row)}, or rename it if it is a design",
-            )
+    last = len(naming.cells) - 1
+    for column in columns.values():
+        if column.numbers is not None:
+            continue
+        names = [str(cell).strip() for cell in column.cells]
+        for row, name in enumerate(names):
+            is_computed = _SUM.fullmatch(name) is not None
+            if column is not naming:  # it may be the name of a supplier
+                is_computed = is_computed and _is_subtotal(numbers, row)
+            elif row in (0, last) and names.count(name) == 1:
+                # Names that recur, or stand between others, are those of levels.
+                is_computed = is_computed or _STATISTIC.fullmatch(name) is not None
+            if is_computed:
+                raise UnfitError(
+                    f"{cells.where(row)} is named {name!r}, as computed from others",
+                    f"{cells.without(row)}, or rename it if it is a design",
+                )
     may_be_sum = last > 2 or (last == 2 and is_blank(naming.cells[last]))
     if may_be_sum and numbers and all(_is_sum(column, last) for column in numbers):
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
         )
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _is_subtotal(columns: Collection[Array], row: int) -> bool:
+    """Say whether all numbers of a row, if not 0, are sums of the same two rows or more above."""
+    parts = [numbers[row::-1] for numbers in columns if math.isfinite(numbers[row] or np.nan)]
+    if not parts:
+        return False
+    terms = np.nan_to_num(np.array(parts))
+    sums = np.cumsum(terms[:, 1:], axis=1)
+    rounding = 1e-9 * np.cumsum(np.abs(terms[:, 1:]), axis=1)
+    are_sums = np.abs(sums - terms[:, :1]) <= rounding
+    return bool(np.all(are_sums[:, 1:], axis=0).any())
 
 
 def _is_sum(numbers: Array, row: int) -> bool:

@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING
 
 from pymoo_psi._names import argument
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, Head
+from pymoo_psi._validation import Entries, FilePath, Head, invalid
 from pymoo_psi.files._cells import Cells, UnfitError
 from pymoo_psi.table import TestTable, columns_of, marked
 
@@ -54,8 +54,11 @@ class SourceFile:
         """The text, decoded by the encoding given, else by a byte-order mark, else as UTF-8.
 
         Raises:
-            ArgumentValueError: The bytes are no such text, or there is no such encoding.
+            ArgumentValueError: The bytes are no such text, there is no such encoding, or a sheet
+                is named.
         """
+        if self.sheet is not None:
+            raise invalid("sheet", "left out for a text, which has no sheets", self.sheet)
         encoding = self.encoding
         if not encoding:
             wide = self.start.startswith((b"\xff\xfe", b"\xfe\xff"))

@@ -117,7 +117,7 @@ _FAILURE = re.compile(
 _UPWARD = re.compile(
     r"[↑▲⬆]|[(\[](?:max\.?|maximi[sz]ed?|(?:more|higher|larger) is better)[)\]]", re.IGNORECASE
 )
-_FEW = 6  # the most texts that a limit to be written lists
+_FEW = 6  # the most texts that a remark lists
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 
@@ -595,13 +595,19 @@ def _remarks(
             option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
             yield f"{name} is minimised unless you say {option}."
         elif (claim == LABEL and _holds_more(column, cells)) or (
-            claim == "" and column.may_hold_numbers()
+            claim in ("", *_MET) and column.may_hold_numbers()
         ):
             unranked.append(name)
         elif claim == "" and is_guess and column.holds_times():
             yield f"{name} holds times; to rank by it, write them as numbers."
     if unranked and is_guess:
-        yield f"Not ranked: {listed(unranked)}; to rank by others, name the objectives."
+        yield f"Not ranked: {_listed_few(unranked)}; to rank by others, name the objectives."
+
+
+def _listed_few(names: list[str]) -> str:
+    """Return names as a sentence lists them, and how many others there are beside a few."""
+    n_others = len(names) - _FEW
+    return listed([*names[:_FEW], f"{n_others} more"] if n_others > 0 else names)
 
 
 def _holds_more(column: TextColumn, cells: Cells) -> bool:
@@ -713,7 +719,7 @@ def _failures(table: TestTable) -> list[str]:
         if 1 <= len(others) <= _FEW:
             limit = quote(Limit(texts=tuple(others)).written(name))
             remedy = f"to leave them out, say --limits {limit}, or limits= in Python"
-        remarks.append(f"{failed} with {listed(words)} as {name}; {remedy}.")
+        remarks.append(f"{failed} with {_listed_few(words)} as {name}; {remedy}.")
     return remarks
 
 

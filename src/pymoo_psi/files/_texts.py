@@ -279,6 +279,9 @@ class JsonFile(FileFormat):
         """Return the designs, whose keys name the columns."""
         import pandas as pd  # loaded only where JSON is read
 
+        if file.skip_rows:
+            rule = "left out for JSON, whose designs are not lines"
+            raise invalid("skip_rows", rule, file.skip_rows)
         call = f"pandas.read_json('{file.path.name}', lines=True).to_csv('designs.csv')"
         try:
             designs = json.loads(file.text, object_pairs_hook=distinct_keys)
