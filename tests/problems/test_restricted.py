@@ -146,6 +146,7 @@ def test_another_part_is_another_run_of_a_study(study_file, bounds):
         ({"widht": 1}, "did you mean 'width'"),
         ({"ribs": (1.5, 3)}, "from 1.0 to 9.0, integer"),
         ({"metal": ["iron", "gold"]}, "one of 'iron', 'steel', 'wood', or a list of some, got"),
+        ({"width": 1, "ribs": 2, "metal": "iron", "hollow": True}, "such that a variable is free"),
     ],
 )  # fmt: skip
 def test_what_is_no_part_is_refused(bounds, message):

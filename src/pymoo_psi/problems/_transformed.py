@@ -14,6 +14,7 @@ from pymoo_psi._validation import (
     AnyArray,
     Entries,
     Names,
+    Received,
     Values,
     boolean,
     finite_number,
@@ -160,8 +161,8 @@ class Restricted(Transformed):
         wrapped: The problem.
 
     Raises:
-        ArgumentValueError: There is no such variable, or a bound or value lies outside the
-            problem's bounds.
+        ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
+            bounds, or no variable is left free.
         ArgumentTypeError: ``problem`` is no pymoo problem, or a bound or value has a type that the
             variable cannot have.
 
@@ -210,6 +211,8 @@ class Restricted(Transformed):
                 variable = _part(variable, f"{title} of bounds", parts[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
         space = replace(space, variables=tuple(variables))
+        if not space.free.variables:
+            raise invalid("bounds", "such that a variable is free", Received("all of them fixed"))
         super().__init__(problem, space)
 
 
