@@ -653,10 +653,12 @@ def _table(
     schema = []
     for name, role in roles.items():
         data[name] = _values(columns[name], role)
-        unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
-        is_maximized = name in maximize and role != VARIABLE
-        kind = Kind.CHOICE if role == NOTE else kind_of_cells(data[name])
-        schema.append(Column(name, role, kind, unit, is_maximized))
+        column = Column(name, role, Kind.CHOICE)
+        if role != NOTE:  # a text has its unit in it
+            unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
+            is_maximized = name in maximize and role != VARIABLE
+            column = Column(name, role, kind_of_cells(data[name]), unit, is_maximized)
+        schema.append(column)
     stated = stated.with_objectives(_of_role(claims, OBJECTIVE))
     asked = Formulation(
         limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
