@@ -137,3 +137,8 @@ def test_a_limit_on_texts_has_no_bounds():
     assert costs["rejects"].tolist() == table.violations()[0].sum(axis=0).tolist() == [1, 1]
     none = none_left_reason(table.under(limits={"rail": ["yes", "on"], "cost": 0.5}))
     assert "; no design has on as rail. Without the limit on cost, 1 is left;" in none
+    frame["force"] = [np.nan, 3.0]
+    none = none_left_reason(
+        read_table(frame, table.formulation).under(limits={"force": 2, "cost": 1})
+    )
+    assert "Without the limit on force, 1 is left; none of them has a value of force." in none

@@ -201,10 +201,12 @@ def none_left_reason(table: TestTable) -> str:
         if limit is not None and limit.texts is None:
             values = table.column(name)[would_be_left[:, k]]
             nearest = values[limit.excess(name, values).argmin()]
-            # Such a limit lets it in.
-            text = rounded_text(nearest, values, nearest > limit.upper, 4)
-            unit = table.schema.units.get(name, "")
-            remedy += f"; the nearest has {name} {text} {unit}".rstrip()
+            fact = f"none of them has a value of {name}"
+            if np.isfinite(nearest):
+                # Such a limit lets it in.
+                text = rounded_text(nearest, values, nearest > limit.upper, 4)
+                fact = f"the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
+            remedy += f"; {fact}"
     else:
         rejects = violated.sum(axis=0)
         remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
