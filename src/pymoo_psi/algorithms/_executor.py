@@ -42,6 +42,8 @@ _SMALLEST = 64
 _LARGEST = 65_536
 # Pieces for each worker that may wait for it.
 _PIECES_AHEAD = 4
+# Tests in a piece, from which on the share of its Pareto set predicts that of later pieces.
+_PREDICTIVE = 4096
 # What is known of a design that violates a requirement.
 _NOT_RUN: Values = {"failure": ""}
 
@@ -87,7 +89,10 @@ class PieceTask:
         tests = self._model.evaluated(piece)
         if np.isfinite(tests.F).any():
             self._model.require_outputs(tests.schema.names)
-        return piece.numbers, needed_tests(self._model, tests, self._keep)
+        needed = needed_tests(self._model, tests, self._keep)
+        if self._keep == "pareto" and 2 * len(needed) > len(tests) > _PREDICTIVE:
+            self._keep = "all"  # little of later pieces would be left out
+        return piece.numbers, needed
 
 
 def kept_rows(table: TestTable, keep: str) -> Mask:

@@ -686,8 +686,9 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for tests in blocks:
-            # Workers may have filtered them already; then it takes hardly any time.
-            tables.append(needed_tests(run.model, tests, keep))
+            if keep == "feasible":  # Pareto sets are filtered together
+                tests = needed_tests(run.model, tests, keep)
+            tables.append(tests)
             show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
