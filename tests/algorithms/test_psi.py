@@ -285,6 +285,7 @@ def test_mistakes(run, options, message):
         (lambda: PSI(8, blocksize=5), "keyword argument 'blocksize'; did you mean 'block_size'"),
         (lambda: PSI(10, n_jobs=2), "keyword argument 'n_jobs'; give .* elementwise_runner=Jobli"),
         (lambda: minimize(CHUTE, PSI(8, study=5)), "study must be the name of a file, got 5"),
+        (lambda: minimize(CHUTE, PSI(8, study="")), "study must be the name of a file, got ''"),
         (lambda: Recorded(CHUTE, None), "study must be the name of a file, got None"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
         (

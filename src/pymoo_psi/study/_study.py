@@ -97,6 +97,8 @@ class Study:
     def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise wrong_type("study", "the name of a file", path)
+        if not os.fspath(path):
+            raise invalid("study", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         if self.path.lower().endswith((*_OF_OTHERS, *BESIDE)):
             raise invalid(
