@@ -182,6 +182,11 @@ def test_a_mark_of_failure_that_wins_leads_all_cautions(bad, dominated):
     assert first.sentence.startswith(f"Design {len(F) - 1}")
 
 
+def test_of_unlike_designs_the_one_that_no_other_dominates_is_named_first():
+    F = np.vstack([np.full((4, 2), 1e6), VALLEY, [[1e6, -0.1]]])
+    assert said(F, "suspect").startswith(f"Design {len(F) - 1}, design 0, ")
+
+
 FRONT = np.column_stack([[0, 1, 2, 1e6], [3.0, 2, 1, 0]])
 DECADES = np.array([[1.0, 10], [2, 6], [48, 5], [2500, 0]])
 CIRCLE = [[0.0, 10], [6, 8], [10, 0]]

@@ -391,6 +391,12 @@ def test_small_and_odd_tables(values):
     assert "nan" not in text.replace("dominan", "")
 
 
+def test_rows_of_two_files_are_not_the_same_designs():
+    frames = [pd.DataFrame({"a": [a, 2, 4], "b": [4.0, 2, 1]}) for a in (1.0, 3.0)]
+    _, *rows = lines(decision_report(frames[0], prototype=frames[1]), "All 3 designs")
+    assert [row.split("|")[-1].strip() for row in rows] == ["proposed", "", "present design"]
+
+
 @undrawn
 @pytest.mark.parametrize("label", ["place", "status"])
 def test_headings_and_designs_can_have_any_name(label):

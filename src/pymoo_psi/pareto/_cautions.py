@@ -211,7 +211,8 @@ class _Checks:
         return self.ranking.name_of(int(self.rows[i]))
 
     def names_of(self, rows: Rows) -> str:
-        """Return the names of a few designs of the ranking, and how many more there are."""
+        """Return a few names of designs, Pareto-optimal ones first, and how many more there are."""
+        rows = rows[np.argsort(~self.ranking.pareto[rows], kind="stable")]
         names = [self.ranking.name_of(row) for row in rows[:_NAMED].tolist()]
         if len(rows) > _NAMED:
             names.append(f"{len(rows) - _NAMED} more")
@@ -452,10 +453,13 @@ class _Checks:
             left_out: The rows of these designs in the ranking.
             rows: The other rows that may be Pareto optimal without them.
         """
-        F = self.ranking.objectives.minimized.take(rows, axis=0)
-        optimal = nondominated(F)
-        rows = rows[optimal]
-        F = without_rounding(F[optimal])
+        if self.ranking.pareto[rows].all():  # to filter many once more takes long
+            F = self.values[np.searchsorted(self.rows, rows)]
+        else:
+            F = self.ranking.objectives.minimized.take(rows, axis=0)
+            optimal = nondominated(F)
+            rows = rows[optimal]
+            F = without_rounding(F[optimal])
         optima, frame = nearest_of_front(F, self.ranking.frame)
         # The shortest move from an optimum before to one after.
         steps = np.abs(F[optima, None] - self.values[self.optima]) / frame.lengths

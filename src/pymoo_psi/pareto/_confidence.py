@@ -17,6 +17,8 @@ NEAR_BEST = 0.05
 
 _MANY_TESTS = 5  # of a design, from which on the variance is its own
 _SAMPLES = 1000
+_MANY = 2000  # designs above which there are fewer samples
+_SAMPLES_OF_MANY = 200
 _FEWEST_FOR_PRIOR = 5  # designs for each objective from which on means are shrunk
 _LEAST_VARIANCE = 1e-9  # on scaled objectives, so that no matrix is singular
 _SEED = 1
@@ -57,9 +59,12 @@ def probabilities(
         farther.
     """
     means, factors = _posterior(ranking.objectives.minimized, errors)
+    n_samples = _SAMPLES
+    if len(means) > _MANY:
+        n_samples = _SAMPLES_OF_MANY
     generator = np.random.default_rng(_SEED)
     times = np.zeros((len(means), 3))
-    for _ in range(_SAMPLES):
+    for _ in range(n_samples):
         steps = generator.standard_normal(means.shape)
         if counts is not None:
             steps *= _noise_ratios(generator, means.shape, counts)
@@ -73,7 +78,7 @@ def probabilities(
         is_best = is_pareto & (distance <= least * (1 + _ROUNDING))
         is_near = distance <= least * (1 + NEAR_BEST)
         times += np.column_stack([is_pareto, is_best, is_near])
-    return ranking.objectives.original(means), times / _SAMPLES
+    return ranking.objectives.original(means), times / n_samples
 
 
 def _noise_ratios(generator: np.random.Generator, shape: tuple[int, int], counts: Array) -> Array:

@@ -105,7 +105,8 @@ class UtopianFrame:
         if normalize:
             self.scale = self.lengths
         self.line: Array = np.where(np.isfinite(self.lengths), nadir - ideal, 0.0) / self.scale
-        self._direction = self.line / (np.linalg.norm(self.line) or 1.0)  # e, or zero if N = U
+        line = self.line / (self.line.max() or 1.0)
+        self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
 
     def around(self, front: Array) -> UtopianFrame:
         """Return the frame of another ``(k, m)`` Pareto set: this one if its points are fixed."""
@@ -143,7 +144,7 @@ class UtopianFrame:
     def distances(self, F: Array) -> Array:
         """Return the ``(n,)`` distances of ``(n, m)`` points to U, the criterion μ1."""
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            distances = _row_norm(self.scaled(F))
+            distances = self._lengths(self.scaled(F))
         distances[np.isnan(distances)] = np.inf
         return distances
 
@@ -159,7 +160,7 @@ class UtopianFrame:
             # meets another's.
             across = d - (d[:, longest] / (self.line[longest] or 1.0))[:, None] * self.line
             across -= (across @ e)[:, None] * e
-            measured = np.column_stack([_row_norm(d), _row_norm(across), d @ e])
+            measured = np.column_stack([self._lengths(d), self._lengths(across), d @ e])
         measured[np.isnan(measured)] = np.inf
         return measured
 
@@ -172,7 +173,7 @@ class UtopianFrame:
         e2 = self._direction**2
         across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
         parts = np.array([np.ones_like(e2), across, self._direction])
-        return np.asarray(LAST_PLACES * np.linalg.norm(parts * self.sizes(F), axis=1))
+        return np.asarray(np.hypot.reduce(LAST_PLACES * parts * self.sizes(F), axis=1))
 
     def sizes(self, F: Array) -> Array:
         """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
@@ -180,9 +181,10 @@ class UtopianFrame:
         size = np.maximum(np.abs(F).max(axis=0), ends)
         return np.where(np.isfinite(self.lengths), size / self.scale, 0.0)
 
-
-def _row_norm(rows: Array) -> Array:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
+    def _lengths(self, d: Array) -> Array:
+        if self.normalize:
+            return np.asarray(np.sqrt(np.einsum("ij,ij->i", d, d)))
+        return np.asarray(np.hypot.reduce(d, axis=1))  # slow, but no square over- or underflows
 
 
 # The objective values that are ranked
@@ -764,5 +766,5 @@ def nearest_of_front(F: Array, frame: UtopianFrame) -> tuple[Rows, UtopianFrame]
     """
     frame = frame.around(F)
     distances = frame.distances(F)
-    noise = LAST_PLACES * np.linalg.norm(frame.sizes(F))
+    noise = np.hypot.reduce(LAST_PLACES * frame.sizes(F))
     return np.flatnonzero(distances <= distances.min() + noise), frame

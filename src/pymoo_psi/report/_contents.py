@@ -116,7 +116,9 @@ class Choice:
             self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
         written = [table.take(~table.feasible() & ~table.failed())]
+        self._existing: list[Any] = []  # names and values: rows of two files have the same names
         if prototype is not None:
+            self._existing = [*zip(prototype.names, prototype.F.tolist(), strict=True)]
             written.append(prototype)
             self._beside.append(("present design", prototype))
         formats = number_formats(table, *written)
@@ -287,6 +289,8 @@ class Choice:
         ranked = int(np.flatnonzero(self.ranking.rows == row)[0])
         if ranked == self.row:
             return self.word
+        if (self.table.names[row], self.table.F[row].tolist()) in self._existing:
+            return "present design"
         if self.ranking.pareto[ranked]:
             return ""
         other = explain(self.ranking, row=ranked).dominated_by
@@ -447,6 +451,8 @@ def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
     reasons = alike(table.reasons.values())
+    if table.schema.words["row"] == "design":
+        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
     rows = []
     for reason, count in Counter(reasons).most_common(_REASONS):
         first = tests[reasons.index(reason)]
