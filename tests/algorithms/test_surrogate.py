@@ -126,6 +126,11 @@ def test_limits_on_variables_and_outputs_direct_proposals():
     assert (table["weight"][20:] >= 3).mean() > 0.8
 
 
+def test_variables_of_any_kind_may_be_objectives():
+    asked = Formulation(objectives=["f1", "n", "a"], maximize=["n"])
+    assert (run(mixed(), 28, formulation=asked).table["a"][20:] < 0).all()
+
+
 @pytest.mark.parametrize("limit", [(1.1, 1.3), *rarely((None, 1.4), (1.2, None))])
 def test_designs_without_a_limited_value_are_not_promising(limit):
     """The best objectives are where the model gives no heat, and there no limit is kept."""

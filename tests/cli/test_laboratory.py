@@ -160,6 +160,12 @@ def test_a_wrong_row_is_refused_with_all_others(alloy, column, value, message):
     assert stored() == ({}, 0)
 
 
+def test_a_variable_named_as_a_column_of_the_sheet_is_refused(study_file):
+    problem = ProgramProblem({"failure": (0, 1)}, None, {"f": {}}, {"minimize": ["f"]})
+    refused("unlike the column failure", ask_tests, problem, 2, RunOptions(study=study_file))
+    assert not study_file.exists()
+
+
 @pytest.mark.parametrize(
     ("name", "second", "names"),
     [

@@ -38,8 +38,10 @@ class _Output(NamedTuple):
 
     def learned(self, values: Array) -> Array:
         """Return ``(n,)`` values of the output to learn; those that are NaN exceed its limits."""
+        if not self.is_limited:
+            return values
         finite = values[np.isfinite(values)]
-        if not self.is_limited or len(finite) == 0:
+        if len(finite) == 0:
             return values
         beyond = max(finite.max(), self.greatest + np.ptp(finite))
         if self.greatest == np.inf:

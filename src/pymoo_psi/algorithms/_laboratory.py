@@ -197,6 +197,8 @@ def ask_tests(
     """
     require_no_permutation(problem)
     model = Model(problem, options)
+    if FAILURE in model.schema.variables:
+        raise invalid("a variable", f"named unlike the column {FAILURE}", FAILURE, "rename it")
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
