@@ -472,6 +472,8 @@ def _place(
             curves.append(line.get_transform().transform_path(line.get_path()))
     best: dict[int, _Place] = {}
     for turn, (name, words, row) in product((-1, 0), names):
+        if turn == 0 and len(words) == 1:
+            continue
         others = [best[other] for other in best.keys() - {row}]
         taken = texts + [box.padded(_GAP * point, 0) for _, box, _ in others]
         lines = curves + [leader for *_, leader in others if leader is not None]
