@@ -186,6 +186,7 @@ def test_the_pairs_that_conflict_most_are_drawn():
     assert pairs == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
     assert axes[0].figure.legends[0].get_title().get_text().startswith("4 of 10 pairs")
     assert len(shown(plot_objectives(read_table(frame), objectives=[*frame]))) == 10
+    assert axes[0].format_coord(0.5, 0.5)  # a window says what is below its pointer
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path as Line
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
-from matplotlib.ticker import Formatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 from matplotlib.transforms import Bbox, ScaledTranslation
 from numpy.typing import ArrayLike, NDArray
 
@@ -349,7 +349,7 @@ def head_axes(axes: Axes) -> None:
     axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
 
 
-class _Ticks(Formatter):
+class _Ticks(ScalarFormatter):
     """Numbers at ticks, in one format."""
 
     def format_ticks(self, values: list[float]) -> list[str]:
