@@ -16,6 +16,7 @@ from pymoo_psi import (
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.analysis import even_part, sensitivities
 from pymoo_psi.files import read_table, write_table
+from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, Schema
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused, warned
@@ -85,6 +86,12 @@ def test_analysis_says_which_tests_are_an_even_sample(model, study_file):
     np.testing.assert_allclose(
         sensitivities(read_table(study_file), ["heat"])["first_order"], 0.5, atol=0.1
     )
+
+
+def test_a_study_says_when_and_where_runs_began(model, study_file):
+    investigate(model, 4, study=study_file)
+    (run,) = Study(study_file).facts().runs
+    assert {"begun", "host", "python", "numpy", "pymoo-psi"} <= {*run.record}
 
 
 def test_several_runs_are_written_without_a_change(model, study_file, tmp_path):
