@@ -301,6 +301,7 @@ def test_many_objectives_are_folded_but_complete():
             {"design": 96},
             "design must be a feasible design, got test 96, which is infeasible",
         ),
+        (TABLE.under(limits={"stress": 0.0}), {"design": 96}, "none of .* is feasible"),
         (TABLE, {"about": "A note"}, "about must be a list of lines, got .A note.; one goes into"),
     ],
 )

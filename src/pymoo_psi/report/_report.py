@@ -122,8 +122,7 @@ def decision_report(
         prototype: Existing designs, from any source, to compare the design with.
 
     Raises:
-        ArgumentValueError: The source cannot be read, the table has no test or no objective, or the
-            design is not feasible.
+        ArgumentValueError: The source cannot be read, or the design is not feasible.
         OSError: A file cannot be opened.
 
     Example:
@@ -140,7 +139,7 @@ def decision_report(
         about = (*about, *table.remarks)
     eligible = table.feasible()
     chosen = table.decision.chosen
-    if design is not None and eligible.any():
+    if design is not None:
         ranking = table.feasible_ranking()
         row = ranked_row("design", table.row_of(design), table, ranking)
         chosen = table.names[ranking.rows[row]]
