@@ -77,6 +77,7 @@ from pymoo_psi.study._integrity import (
 # What is in such files is no study, and a study deletes those that it has beside it.
 _OF_OTHERS = (".csv", ".tsv", ".txt", ".json", ".xlsx", ".xls", ".toml", ".py", ".html")
 _ROUNDED = 1e-9  # the most by which machines may differ in a result, relative to the largest one
+_AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
 
 class Study:
@@ -332,9 +333,10 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
         for number, identity in identities.items():
             run = int(number)
             database.add_run(identity, run)
-            is_of_run = columns["run"] == run
-            tests = {name: column[is_of_run] for name, column in columns.items()}
-            database.append(run, tests, 0)
+            (rows,) = np.nonzero(columns["run"] == run)
+            for start in range(0, len(rows), _AT_A_TIME):
+                part = rows[start : start + _AT_A_TIME]
+                database.append(run, {name: cells[part] for name, cells in columns.items()}, 0)
 
 
 def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
