@@ -13,6 +13,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProcessRunner, investigate
 from pymoo_psi.files import read_table
+from pymoo_psi.study import Study
 from tests.helpers.draws import rarely
 from tests.helpers.models import Model, Sum
 from tests.helpers.processes import posix, until
@@ -168,6 +169,22 @@ def test_what_has_arrived_is_stored_at_the_end(tmp_path, how, runner, run):
     assert 1 in stored.numbers
     assert not (stored.X == 0.5).all(axis=1).any()
     assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
+
+
+def test_what_has_arrived_is_stored_though_a_commit_is_interrupted(study_file, monkeypatch):
+    """No other one is tried for an error."""
+    for error, n_stored in ((KeyboardInterrupt, 4), (ValueError, 0)):
+
+        def fail(*_, error=error, **options):
+            monkeypatch.undo()
+            raise error
+
+        for run in (investigate, lambda *args, **to: minimize(args[0], PSI(args[1], **to))):
+            study_file.unlink(missing_ok=True)
+            monkeypatch.setattr(Study, "append", fail)
+            with pytest.raises(error):
+                run(Sum(), 4, study=study_file)
+            assert len(read_table(study_file)) == n_stored
 
 
 @pytest.mark.parametrize(

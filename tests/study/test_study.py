@@ -189,6 +189,21 @@ def test_errors_of_the_caller_are_no_damage(study, error):
     assert type(caught.value) is error
 
 
+def test_an_interrupted_reading_lets_others_write(study):
+    def press(_):
+        raise KeyboardInterrupt
+
+    def read():
+        with study.reading() as database:
+            return [press(row) for row in database.db.execute("SELECT * FROM meta")]
+
+    try:
+        read()
+    except KeyboardInterrupt:
+        with study.changes() as database:
+            database.log("me")
+
+
 def test_a_study_is_a_name(study, monkeypatch):
     study.append(block(1, 2))
     with study.writing():

@@ -285,11 +285,11 @@ class Executor:
 
     @property
     def has_tests(self) -> bool:
-        """Whether points are evaluated, the tests of which are not taken yet."""
+        """Whether points are evaluated, the tests of which are not stored yet."""
         return len(self._results) + len(self._answered) > 0
 
-    def take(self, points: Points) -> list[Block]:
-        """Return the tests of the evaluated ones of points."""
+    def evaluated(self, points: Points) -> list[Block]:
+        """Return the tests of the evaluated ones of points, which stay until they are forgotten."""
         blocks = []
         if self._results:
             numbers, values, seconds = zip(*self._results, strict=True)
@@ -298,12 +298,14 @@ class Executor:
                 block = block._replace(is_called=True, seconds=seconds)
             else:
                 block = _block_of_pieces(values, seconds)
-            self._results = []
             self.learn(block.tests)
             blocks.append(block)
-        blocks += self._answered
+        return blocks + self._answered
+
+    def forget_evaluated(self) -> None:
+        """Forget the evaluated points, the tests of which are stored."""
+        self._results = []
         self._answered = []
-        return blocks
 
     def _block(self, points: Points, numbers: ArrayLike, values: Sequence[Values]) -> Block:
         """Return the tests of designs, by the numbers of their points and their values."""

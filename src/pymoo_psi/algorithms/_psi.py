@@ -421,7 +421,7 @@ class _Evaluator(Evaluator):
             executor.submit(points)
             while executor.queue.n_pending:
                 executor.wait()
-            blocks = executor.take(points)
+            blocks = executor.evaluated(points)
         finally:
             executor.close()
         for block in blocks:

@@ -228,6 +228,7 @@ class Run:
                 while not self._ledger.are_all(STORED, n_points) and self._advance(n_points):
                     pass
                 if self.executor.queue.n_pending == 0:
+                    self._keep_evaluated()
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
@@ -407,9 +408,16 @@ class Run:
                 self._ledger.mark(block.numbers, EVALUATED)
 
     def _keep_evaluated(self) -> None:
-        """Store and report the tests that are evaluated."""
-        for block in self.executor.take(self._ledger.points):
-            self.store.keep(block.tests, block.seconds)
+        """Store and report the tests that are evaluated; after an interrupt it can be repeated."""
+        blocks = self.executor.evaluated(self._ledger.points)
+        try:
+            for block in blocks:
+                self.store.keep(block.tests, block.seconds)
+        except Exception:
+            self.executor.forget_evaluated()
+            raise
+        self.executor.forget_evaluated()
+        for block in blocks:
             self._report(block)
         self._last_commit = time.monotonic()
         self._computed = 0.0

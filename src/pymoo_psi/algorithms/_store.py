@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
@@ -454,7 +455,8 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     def interrupt(*_: Any) -> None:
         nonlocal is_terminated
         is_terminated = True
-        raise KeyboardInterrupt  # which no model takes for a failure of a design
+        if sys.exc_info()[0] is not KeyboardInterrupt:  # a second signal while tests are stored
+            raise KeyboardInterrupt  # which no model takes for a failure of a design
 
     if is_default:
         signal.signal(signal.SIGTERM, interrupt)

@@ -38,6 +38,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager
 from glob import escape, glob
 from pathlib import Path
+from traceback import clear_frames
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -284,20 +285,24 @@ class Study:
         if not os.path.isfile(self.path):
             raise StudyAccessError(f"study {self.path} does not exist; check the name")
         with reported(self.path), closing(connected(self.path)) as db:
-            db.execute(begin)
-            database = Database(db, self.path)
-            with intact(db, self.path):
-                require_study(db, self.path)
-                stored_id = database.get("id")
-            if self._id not in (None, stored_id):
-                raise StudyMismatchError(
-                    f"study {self.path} is not the one that this run began or continued: "
-                    "another has taken its place, and was left as it is; put the right file "
-                    "back, or run again to continue this one"
-                )
-            self._id = stored_id
-            yield database
-            db.execute("COMMIT")
+            try:
+                db.execute(begin)
+                database = Database(db, self.path)
+                with intact(db, self.path):
+                    require_study(db, self.path)
+                    stored_id = database.get("id")
+                if self._id not in (None, stored_id):
+                    raise StudyMismatchError(
+                        f"study {self.path} is not the one that this run began or continued: "
+                        "another has taken its place, and was left as it is; put the right file "
+                        "back, or run again to continue this one"
+                    )
+                self._id = stored_id
+                yield database
+                db.execute("COMMIT")
+            except KeyboardInterrupt as error:
+                clear_frames(error.__traceback__)  # a cursor there would keep the file locked
+                raise
 
 
 def studies_in(folder: FilePath) -> list[str]:
