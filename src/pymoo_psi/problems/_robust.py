@@ -21,8 +21,10 @@ from pymoo_psi._validation import (
     Values,
     finite_array,
     finite_number,
+    integer,
     invalid,
     known_name,
+    wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import DesignSpace, design_space
@@ -81,7 +83,8 @@ class Robust(WrappedProblem):
     Raises:
         ArgumentValueError: There is no such variable or statistic, a variable with a tolerance is
             not real, a number is out of range, or nothing is uncertain.
-        ArgumentTypeError: ``problem`` is no pymoo problem, or a number has the wrong type.
+        ArgumentTypeError: ``problem`` is no pymoo problem, or no function of what is uncertain, or
+            a number or a distribution has the wrong type.
 
     Example:
         A cliff beside the nominal optimum: with a tolerance the best design keeps away from it.
@@ -275,6 +278,7 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
     They are LPτ points mapped by the quantile functions. The first point is the centre, with all
     quantities at their medians: an unbounded distribution has no quantile at the origin.
     """
+    integer("n_scenarios", n_scenarios, minimum=1)
     scenarios = lp_tau(n_scenarios, len(tolerances) + len(uncertainty), first=2)
     for column, (title, tolerance) in zip(scenarios.T, tolerances.items(), strict=False):
         argument = f"tolerances[{title!r}]"
@@ -291,7 +295,11 @@ def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> A
 def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
     """Return the quantiles of a distribution of SciPy, finite ones."""
     # SciPy has both names: ppf for its old distributions, icdf for its new ones
-    quantile = getattr(distribution, "ppf", None) or distribution.icdf
+    quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
+    if quantile is None:
+        raise wrong_type(
+            argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
+        )
     return finite_array(argument, quantile(probabilities))  # NaN for a scale of 0 or below
 
 
@@ -300,6 +308,12 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
     if not parameters:
         require_problem(problem)
         return [with_requirements(problem)]
+    if not callable(problem):
+        raise wrong_type(
+            "problem",
+            f"a function of {', '.join(parameters)} that returns a pymoo problem",
+            problem,
+        )
     problems = []
     for row in rows:
         of_row = problem(**dict(zip(parameters, row, strict=True)))
