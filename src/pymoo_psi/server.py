@@ -42,7 +42,7 @@ from pymoo_psi.analysis import alike
 from pymoo_psi.errors import PsiError
 from pymoo_psi.files import stored_tests
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
-from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
+from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study, further_tests
 from pymoo_psi.table import Decision, TestTable
 
 if TYPE_CHECKING:
@@ -209,7 +209,7 @@ class GrowingStudy:
         yield "data: {}\n\n"
 
     def steer(self, content: bytes) -> None:
-        """Write a request into the study, whose run checks what it says.
+        """Write a request into the study, whose run checks the formulation.
 
         Raises:
             PsiError: It is no request, or the study cannot be written.
@@ -224,6 +224,8 @@ class GrowingStudy:
         known_name("action", action, ACTIONS)
         if action not in LASTING and not _is_alive(*self._facts.process):
             raise PsiError("no run is at work; its command continues it")
+        if action == "more":
+            further_tests(received.get("count"))
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")

@@ -284,7 +284,9 @@ def test_a_run_that_people_stopped_says_so(study_file):
 
 def test_more_tests_than_a_run_can_have_are_refused(tested):
     request = {"action": "more", "name": "Eve", "count": 10**30}
-    GrowingStudy(tested, steer=True).steer(json.dumps(request).encode())
+    refused("count", GrowingStudy(tested, steer=True).steer, json.dumps(request).encode())
+    with Study(tested).changes() as study:  # by another program
+        study.steer(request)
     assert len(investigate(BNH, 9, study=tested)) == 9
     assert "refused: count" in steering_answers(tested)[0]
 

@@ -301,7 +301,8 @@ def _flaw(values: Values) -> str:
     """Return why values of a design cannot be used, empty if they can."""
     for name in ("F", "G", "H"):
         numbers = values[name]
-        if np.isnan(numbers).any():
+        # The maximum is NaN if one of the numbers is, and faster than isnan of all of them.
+        if numbers.size and np.isnan(np.maximum.reduce(numbers)):
             return f"{name} is {numbers.tolist()}"
     if not np.isfinite(values["F"]).all() and meets_constraints(values["G"], values["H"]):
         return f"F is {values['F'].tolist()} though the design is feasible"
