@@ -43,19 +43,19 @@ KINDS = {
     "clustered": drawn(
         lambda rng, n, m: rng.integers(1, 5, (n, m)) + 1e-15 * rng.integers(0, 4, (n, m))
     ),
-    "1e+150": drawn(lambda rng, n, m: 1e150 * rng.standard_normal((n, m))),
+    "1e+300": drawn(lambda rng, n, m: 1e300 * rng.standard_normal((n, m))),
     "mixed scales": drawn(on_scales),
     "mixed scales, tied": drawn(
         lambda rng, n, m: rng.integers(0, 5, (n, m)) * 10.0 ** rng.choice([-9, 0, 9], m)
     ),
-    "300 orders apart": drawn(lambda rng, n, m: on_sphere(rng, n, m) * 10.0 ** rng.choice([-150, 0, 150], m)),
+    "600 orders apart": drawn(lambda rng, n, m: on_sphere(rng, n, m) * 10.0 ** rng.choice([-300, 0, 300], m)),
     "magnitudes within an objective": drawn(lambda rng, n, m: 10.0 ** rng.uniform(-20, 20, (n, m))),
     "constant columns": drawn(with_constants),
     "one distance from U": drawn(on_sphere),
     "one plane": drawn(lambda rng, n, m: rng.dirichlet(np.ones(m), n)),
     "large offset": drawn(lambda rng, n, m: 1e6 + rng.random((n, m))),
     "any floats": shapes.flatmap(
-        lambda shape: arrays(float, shape, elements=st.floats(-(2.0**100), 2.0**100, width=32))
+        lambda shape: arrays(float, shape, elements=st.floats(-1e307, 1e307))
     ),
     "neighbouring floats": drawn(
         lambda rng, n, m: 1 + rng.integers(0, 400, (n, m)) * EPS * rng.integers(0, 2, m)
