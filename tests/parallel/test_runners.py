@@ -200,6 +200,20 @@ def test_backend_and_number_of_jobs_are_those_of_joblibs_configuration(config, w
     assert ({pid for pid, _ in workers()} == {os.getpid()}) == (workers_here != "none")
 
 
+@pytest.mark.slow
+def test_a_busy_thread_of_joblib_survives_a_failed_run(monkeypatch):
+    """Its traceback would be an error here, as of any thread."""
+    complete = joblib.parallel.BatchCompletionCallBack.__call__
+
+    def complete_slowly(*args):
+        complete(*args)
+        time.sleep(0.02)  # jobs that it has submitted wait meanwhile
+
+    monkeypatch.setattr(joblib.parallel.BatchCompletionCallBack, "__call__", complete_slowly)
+    failing = model(elementwise_runner=JoblibRunner(2)).evaluate
+    refused("the mesh is torn", failing, designs(3), error=EvaluationError)
+
+
 class Locked(Exception):  # noqa: N818 - short for the reasons
     def __init__(self, text):
         super().__init__(text)

@@ -6,9 +6,10 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from functools import partial
 from itertools import islice
+from time import sleep
 from typing import Any
 
 from pymoo_psi._modules import versions
@@ -28,6 +29,8 @@ from pymoo_psi.parallel._runner import JOBS_AHEAD, Queue, Runner, raise_original
 
 # Calls for each worker in one call of a backend that returns all results at its end.
 _CALLS_TOGETHER = 32
+# Milliseconds that loky may take to send jobs on; less than one is usual.
+_ABORT_POLLS = 1000
 # What may have changed since joblib's workers started: see _renew_workers.
 _STATE: list[Any] = []
 
@@ -120,6 +123,7 @@ class JoblibRunner(Runner):
 
         if isinstance(backend, LokyBackend):
             _renew_workers()
+            backend.abort_everything = partial(_abort_in_order, backend)
         call = partial(answer_of, queue.function)
         if not getattr(backend, "supports_sharedmem", False):
             call = partial(answer_by, pickled_function(queue.function))
@@ -168,6 +172,23 @@ def _renew_workers() -> None:
     if state != _STATE:
         get_reusable_executor(reuse=True).shutdown()
         _STATE[:] = state
+
+
+def _abort_in_order(backend: Any, **options: Any) -> None:
+    """Abort what joblib runs on loky, once loky has sent on all that was submitted.
+
+    Its thread fails at a job that joblib, when a result came, submitted there just before the
+    abort: loky forgets all jobs, but not that this one is the next.
+    """
+    try:
+        with suppress(Exception):  # the workers are lost, and nothing is sent
+            last = backend._workers.submit(os.getpid)
+            for _ in range(_ABORT_POLLS):
+                if last.running() or last.done():
+                    break
+                sleep(0.001)
+    finally:
+        type(backend).abort_everything(backend, **options)
 
 
 def in_parallel(
