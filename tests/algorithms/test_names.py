@@ -158,6 +158,17 @@ def test_vectorised_and_elementwise_models_give_the_same_outputs():
     assert "failed" not in table.status
 
 
+@pytest.mark.parametrize("block_size", [1, 3, 8])
+def test_an_output_that_is_a_number_for_some_designs_is_kept_for_these(block_size):
+    def f(x):
+        return {"F": x, "heat": 1.5 if x[0] < 0.5 else "too hot"}
+
+    algorithm = PSI(8, block_size=block_size)
+    table = warned("no single number, such as 'too hot'", minimize, Model(f, n_var=2), algorithm)
+    heat = table.algorithm.table.column("heat")
+    np.testing.assert_array_equal(heat, np.where(table.algorithm.table.X[:, 0] < 0.5, 1.5, np.nan))
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [

@@ -1,5 +1,7 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
+import re
+import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -17,6 +19,7 @@ from pymoo_psi import (
     FailureTolerant,
     Formulation,
     LPTauSampling,
+    ProcessRunner,
     QMCSampling,
     Recorded,
     Required,
@@ -155,6 +158,20 @@ def test_tests_without_an_output_with_a_limit_are_infeasible(keep, block_size):
     options |= {"block_size": block_size}
     kept = investigate(SOMETIMES, 64, limits={"heat": 0.5}, keep=keep, **options)
     assert kept.equals(asked.take(getattr(asked, keep)()))
+
+
+@pytest.mark.parametrize("gives", [lambda x: x[0] > 0, lambda x: x[0] == 0])
+def test_outputs_are_asked_of_the_first_test_for_any_number_of_workers(gives):
+    """It takes longest here; others end before it."""
+
+    def slowly(x):
+        time.sleep(0.3 * (x[0] == 0))
+        return {"F": [x[0], x[1]]} | ({"heat": x[1]} if gives(x) else {})
+
+    for runner in ({}, {"elementwise_runner": ProcessRunner(2)}):
+        said = flaw(investigate, Model(slowly, n_var=2, **runner), 8, limits={"heat": 1})
+        told = re.search("a name in limits must be one of .* got 'heat'; .* must have a unit", said)
+        assert (said == "") == (told is None) == gives([0])
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])

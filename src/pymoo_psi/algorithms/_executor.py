@@ -166,6 +166,8 @@ class Executor:
 
     def _reset(self) -> None:
         """Forget all points."""
+        # The outputs of points without failure, by number, while some outputs are awaited.
+        self._outputs: dict[int, list[str]] = {}
         self._under_way: set[str] = set()  # designs, where these recur
         self._held = Points.none()  # points of the same designs
         self._results: list[Any] = []  # of designs, or of pieces
@@ -279,8 +281,11 @@ class Executor:
         number, values, seconds = result
         if not self.has_designs:
             return values[0], seconds
-        if not values["failure"]:
-            self._model.require_outputs(values)
+        if self._model.awaited and not values["failure"]:
+            self._outputs[number] = [*values]
+            first = min(self._outputs)
+            if first < self.queue.first_pending:  # the same one for any number of workers
+                self._model.require_outputs(self._outputs[first])
         return [number], seconds
 
     @property

@@ -36,7 +36,6 @@ from pymoo_psi.problems import (
     known_limits,
     problem_schema,
     untolerant,
-    value_column,
     with_requirements,
     within_same_columns,
     without_requirements,
@@ -357,8 +356,9 @@ def with_options(columns: Entries, variables: Names, kinds: Sequence[Kind]) -> V
 def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> TestTable:
     """Return the tests of n designs with all numbers that the model returned.
 
-    An output that is not a single number for each design, or has the name of another column, is
-    left out with a warning, as a run need not end for it.
+    An output that is not a single number for any design, or has the name of another column, is left
+    out with a warning, as a run need not end for it. If it is a number for some designs, these keep
+    it: values of one design never affect those of another.
 
     Args:
         schema: The columns that the problem promises.
@@ -380,17 +380,16 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
     for name, values in candidates.items():
         if name in NO_OUTPUTS or name.startswith("__"):
             continue
-        column = np.asarray(values)
-        if column.dtype == object:  # None where a design has no value
-            column = value_column(column)
         if name in other_columns:
             warn_of_output(name, "in the table by this name")
-        elif column.dtype.kind not in "fiub" or column.size != len(numbers):
-            example = next(value for value in column if value is not None)
-            where = f"in the table where it is no single number, such as {example!r:.40}"
-            warn_of_output(name, where)
-        else:
-            outputs[name] = np.where(has_failed, np.nan, column.reshape(len(numbers)))
+            continue
+        column, odd = _numbers(values, len(numbers))
+        if odd:
+            example = f"{odd[0]!r:.40}"
+            warn_of_output(name, f"in the table where it is no single number, such as {example}")
+            if np.isnan(column).all():
+                continue
+        outputs[name] = np.where(has_failed, np.nan, column)
     return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, schema=schema
     )
@@ -399,3 +398,19 @@ def table_of_values(schema: Schema, points: Points, X: Any, out: Entries) -> Tes
 def warn_of_output(name: str, where: str) -> None:
     """Warn that an output of a model is lost."""
     warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
+
+
+def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
+    """Return a number for each of n designs, NaN where there is none, and the other values."""
+    column = np.asarray(values)
+    if column.dtype.kind in "fiub" and column.size == n:
+        return column.reshape(n), []
+    numbers = np.full(n, np.nan)
+    odd = []
+    for i, value in enumerate(column):
+        cell = np.asarray(value)
+        if cell.size == 1 and cell.dtype.kind in "fiub":
+            numbers[i] = cell.item()
+        elif value is not None:
+            odd.append(value)
+    return numbers, odd

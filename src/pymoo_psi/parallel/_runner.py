@@ -164,6 +164,12 @@ class Queue:
         return n_pending
 
     @property
+    def first_pending(self) -> int:
+        """The first index without a result; the largest number if there is none."""
+        # what waits again is in the order in which jobs end
+        return min([*self._under_way, *dict([*self.waiting])], default=sys.maxsize)
+
+    @property
     def n_waiting(self) -> int:
         """How many designs or points no worker has begun."""
         if self._in_pieces:

@@ -22,7 +22,6 @@ from ._evaluation import CheckedFunction as CheckedFunction
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import streams as streams
-from ._evaluation import value_column as value_column
 from ._model import problem_identity as problem_identity
 from ._model import problem_schema as problem_schema
 from ._program import ProgramRun as ProgramRun
