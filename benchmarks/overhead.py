@@ -39,8 +39,8 @@ def main() -> None:
     outside = {name: np.zeros(ROUNDS) for name in ALGORITHMS}
     inside = {name: np.zeros(ROUNDS) for name in ALGORITHMS}
     for k in range(ROUNDS):
-        for name, search in ALGORITHMS.items():
-            run = perform(problem, search, Task(name, BUDGET, seed=k), None)
+        for name in ALGORITHMS:
+            run = perform(problem, ALGORITHMS, None, Task(name, BUDGET, seed=k))
             assert run.n_evaluated == BUDGET, name
             outside[name][k] = run.seconds - run.evaluation_seconds
             inside[name][k] = run.evaluation_seconds
