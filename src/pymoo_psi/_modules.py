@@ -11,8 +11,8 @@ Modules of the standard library and of installed packages do not count.
 
 from __future__ import annotations
 
+import ast
 import os
-import re
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
@@ -97,10 +97,22 @@ def require_unchanged(model: Any) -> None:
             continue
         if version_of(file) != current[name]:
             raise _changed(name)
-        words = {*re.findall(r"\w+", Path(file).read_text(errors="replace"))}
+        words = _names_in(file)
         for other in current:
             if other.rpartition(".")[2] in words and other not in names:
                 names.append(other)
+
+
+def _names_in(file: str) -> set[str]:
+    """Return the names in the code of a module, and texts that may be names of modules."""
+    names: set[str] = set()
+    with suppress(SyntaxError, ValueError):  # it is no source
+        for node in ast.walk(ast.parse(Path(file).read_bytes())):
+            for field in ("id", "attr", "name", "module", "value"):
+                name = getattr(node, field, None)
+                if isinstance(name, str):
+                    names.update(name.split("."))
+    return names
 
 
 def _has_former_code(model: Any) -> bool:

@@ -18,7 +18,9 @@ from tests.helpers.refusals import refused
 
 pytestmark = posix
 
-MODEL = """
+MODEL = """\
+"Figures of it are in plots."
+
 import hashlib, os
 from functools import cache
 from pathlib import Path
@@ -131,7 +133,7 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     options = {"n_jobs": n_jobs, "study": "model.db"}
     folder.write("plots.py", "COLOUR = 1")
     importlib.import_module("plots")
-    folder.write("plots.py", "COLOUR = 2")  # that the model does not import
+    folder.write("plots.py", "COLOUR = 2")  # that the model names in its docstring alone
     folder.write("model.py", MODEL)  # as it was
     require(folder.tests(**options), 1)
     folder.write("model.py", MODEL + "# edited")

@@ -90,6 +90,13 @@ def test_constants_of_base_classes_belong_to_a_study(tmp_path, changed):
     refused(ANOTHER, investigate, Heir(**given | changed), 4, error=StudyMismatchError, study=study)
 
 
+def test_labels_of_pandas_belong_to_a_constant(study_file):
+    densities = pd.Series({"steel": 7.8, "alu": 2.7})
+    investigate(Model(title=densities), 4, study=study_file)
+    other = Model(title=densities.rename({"steel": "alu", "alu": "steel"}))
+    refused(ANOTHER, investigate, other, 4, error=StudyMismatchError, study=study_file)
+
+
 @dataclass
 class Steel:
     E: float

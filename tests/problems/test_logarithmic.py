@@ -21,6 +21,7 @@ from pymoo_psi import (
     LogScaled,
     QMCSampling,
     Restricted,
+    Robust,
     SurrogatePSI,
     TestTable,
     compare,
@@ -145,6 +146,29 @@ def test_mixed_variables_may_be_logarithmic():
     mixed = Model(lambda x: {"F": values(np.log10(x["area"]), 1.0)}, vars=variables)
     exponent = np.log10(investigate(mixed, 128, log=["area"]).X[:, 0].astype(float))
     assert abs(np.quantile(exponent, [0.25, 0.5, 0.75]) - [-2.25, -0.5, 1.25]).max() < 0.1
+
+
+def test_ends_of_bounds_and_limits_are_exact():
+    """exp(log(10)) is 10.000000000000002: the lower bound would be beyond a limit at it."""
+    ranges = {"xl": np.array([10.0, 0.1]), "xu": np.array([1000.0, 1.0])}
+    problem = Model(lambda x: {"F": [x[0] * (1 + x[1]), 100 / x[0] + x[1]]}, n_var=2, **ranges)
+    options = {"log": ["x1"], "limits": {"x1": (20, 300), "x2": (0.3, 0.9)}}
+    assert investigate(problem, 1, log=["x1"]).X.tolist() == [[10.0, 0.1]]
+    table = minimize(problem, SurrogatePSI(40, **options), seed=1).algorithm.table
+    proposed = table.X[table["proposal_round"] > 0]
+    assert len(proposed) > 10
+    assert ((proposed >= [20, 0.3]) & (proposed <= [300, 0.9])).all()
+
+
+def test_scenarios_of_logarithms_reach_beyond_the_bounds():
+    plain = Model(lambda x: {"F": [10 ** x[0]]}, n_var=1, n_obj=1, xl=0, xu=1)
+    scaled = Model(lambda x: {"F": [x[0]]}, n_var=1, n_obj=1, xl=1, xu=10)
+    worst = [
+        Robust(problem, tolerances={name: 0.1}, statistics="worst").evaluate(np.array([[1.0]]))
+        for problem, name in ((plain, "x1"), (LogScaled(scaled, ["x1"]), "log10 x1"))
+    ]
+    np.testing.assert_allclose(worst[1][0], worst[0][0])
+    assert worst[0][0][0, 0] > 11
 
 
 def test_a_part_of_the_bounds_stays_logarithmic():

@@ -52,7 +52,8 @@ class Variable:
             values = low + (high - low) * points
             if self.kind is Kind.LOG:
                 values = np.exp(values)
-            # A point 1, which no sequence has, may be rounded to a value above the bound.
+            # exp(log(lower)) is rounded, as is the value of a point 1, which no sequence has.
+            values = np.select([points <= 0, points >= 1], [self.lower, self.upper], values)
             return np.asarray(np.clip(values, self.lower, self.upper))
         # n values share [0, 1) in n equal parts; a point 1 gives upper, the last one
         steps = np.minimum(low + np.floor((high - low + 1) * points), high)
@@ -111,6 +112,15 @@ class Variable:
         if not self.kind.real:
             ends = np.array([np.ceil(ends[0]), np.floor(ends[1])])
         low, high = self.places(ends).tolist()
+        first, last = self.values(np.array([low, high]))
+        step = np.finfo(np.float64).eps
+        while first < ends[0] or last > ends[1]:  # the value of a place is rounded
+            if first < ends[0]:
+                low += step
+            if last > ends[1]:
+                high -= step
+            step *= 2
+            first, last = self.values(np.array([low, high]))
         return low, max(low, high)
 
 

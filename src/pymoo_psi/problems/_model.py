@@ -217,7 +217,8 @@ def _constant(value: Any, objects: list[Any]) -> Any:
         if isinstance(part, (os.PathLike, Runner)):
             return None
         if hasattr(part, "to_numpy"):  # of pandas and polars
-            part = part.to_numpy()
+            labels = getattr(part, "axes", [getattr(part, "columns", [])])
+            return [part.to_numpy(), *[[str(label) for label in axis] for axis in labels]]
         if isinstance(part, (np.ndarray, np.generic, range)):
             return np.asanyarray(part).tolist()  # None where it is masked
         # Functions and classes, without the module, which is another one for a script, a worker

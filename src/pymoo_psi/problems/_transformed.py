@@ -27,6 +27,8 @@ from pymoo_psi.problems._pymoo import column_titles, require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
 
+_ROUNDING = 1e-12  # the relative error of 10**log10(x)
+
 
 class Transformed(WrappedProblem):
     """A problem with other variables for the model of another one.
@@ -130,7 +132,9 @@ class LogScaled(Transformed):
         columns = [*matrix.T]
         for j, variable in self._log.items():
             values = 10.0 ** columns[j].astype(np.float64)
-            columns[j] = np.clip(values, variable.lower, variable.upper)
+            inner = np.clip(values, variable.lower, variable.upper)
+            # A bound is rounded on its way; a scenario of Robust may lie outside the bounds.
+            columns[j] = np.where(np.isclose(values, inner, rtol=_ROUNDING, atol=0), inner, values)
         return np.column_stack(columns)
 
 
