@@ -189,3 +189,5 @@ def test_designs_that_share_a_label_are_called_alike_in_all_lines(in_folder, sai
     assert "\nA #1  " in printed
     assert "name C  " in printed
     assert "Proposed: A #1" in printed
+    Path("codes.csv").write_text("id,cost,mass\n01067,2,4\n01069,1,5\n")
+    assert "\n    1  01067  " in said("rank", "codes.csv")

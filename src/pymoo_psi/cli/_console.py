@@ -223,9 +223,12 @@ def name_column(table: TestTable, rows: Rows) -> list[str]:
     labels = table.feasible_ranking().objectives.labels
     word = table.schema.label or TEST
     names = [str(labels[row]) for row in rows]
-    if word in (TEST, ROW):  # other columns of labels may have names such as "Model S"
-        names = [name.removeprefix(f"{word} ") for name in names]
-    return [word.replace("_", " "), *names]
+    title = word.replace("_", " ")
+    start = f"{title} "
+    # Numbers are called "id 7"; other columns of labels may have names such as "Model S".
+    if word in (TEST, ROW) or not any(str(text).startswith(start) for text in table.column(word)):
+        names = [name.removeprefix(start) for name in names]
+    return [title, *names]
 
 
 def _objective_columns(ranking: EfficiencyRanking, rows: Rows) -> list[tuple[str, str, list[str]]]:
