@@ -321,6 +321,22 @@ def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
+@posix
+@pytest.mark.parametrize("n_closed", [0, *rarely(61)])
+def test_writing_into_descriptors_changes_no_value(n_closed):
+    """Into all that a worker inherits. Each design has its own values, and nobody waits forever."""
+
+    def f(x):
+        print("step", x, flush=True)
+        os.closerange(3, 3 + n_closed)
+        for descriptor in range(3, 64):
+            with contextlib.suppress(OSError):
+                os.write(descriptor, os.urandom(5000))
+        return {"F": float(x)}
+
+    assert ProcessRunner(2, timeout=60.0)(f, range(12)) == [{"F": float(x)} for x in range(12)]
+
+
 def test_problems_that_cannot_be_sent_are_errors(workers):
     class Absent:
         def __reduce__(self):

@@ -24,6 +24,7 @@ from time import perf_counter
 from typing import Any
 
 import cloudpickle
+import numpy as np
 
 from pymoo_psi._modules import REMEDY, version_of, versions
 from pymoo_psi._validation import Values
@@ -71,7 +72,7 @@ def evaluate_here(f: Function, waiting: Waiting, end: float = inf) -> Iterator[R
     while waiting and perf_counter() < end:
         index, design = waiting.popleft()
         began = perf_counter()
-        with same_folder():
+        with same_folder(), np.errstate():  # which a model may change
             try:
                 values = f(design)
             except (KeyboardInterrupt, EvaluationError):

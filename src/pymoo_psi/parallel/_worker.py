@@ -39,6 +39,8 @@ from typing import Any
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 
+_FIRST_DESCRIPTOR = 200  # of the channel: the first free one from there on; macOS allows 256
+
 # A guard that imports nothing but the standard library forks before there are any threads, and
 # stays small: so nothing heavy is imported here, nor anything from the current folder.
 
@@ -46,13 +48,17 @@ _PR_SET_CHILD_SUBREAPER = 36
 def main() -> None:
     """Serve the other end of the socket that is the standard input until the pool is gone."""
     import fcntl
+    import resource
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     _guard()
     from multiprocessing.connection import Connection
 
-    # Not that of a stream: a service may have closed its own, and a model prints.
-    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, 3))
+    # A model that writes into descriptors, or closes those that it does not know, as daemons do,
+    # begins with the first.
+    most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    first = min(_FIRST_DESCRIPTOR, most - 1)
+    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, first))
     # Nor does a solver that the model starts hold it open, or a fork of the model.
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.register_at_fork(after_in_child=channel.close)
