@@ -99,6 +99,7 @@ class PointAlgorithm(WithTable, Algorithm):
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._most_evaluations = math.inf
         self._begun: Run | None = None
+        self._n_passed = 0  # points of the last block if none of them needed an evaluation
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
@@ -222,7 +223,11 @@ class PointAlgorithm(WithTable, Algorithm):
         run = self._run
         n_before = run.n_called
         tests = run.block(self._size_of_block())
-        self.evaluator.n_eval += run.n_called - n_before
+        n_called = run.n_called - n_before
+        self._n_passed = 0
+        if n_called == 0:
+            self._n_passed = len(tests)
+        self.evaluator.n_eval += n_called
         self._add(tests)
         self.is_initialized = True
         try:
@@ -242,11 +247,14 @@ class PointAlgorithm(WithTable, Algorithm):
         return self.options.block_size
 
     def _size_of_block(self) -> int | None:
-        """Return the size of the next block, at most the number of evaluations that are left."""
+        """Return the size of the next block, at most the number of evaluations that are left.
+
+        After a block that needed none, it may be twice as large.
+        """
         if self._block_size is None:
             return None
         left = max(1, self._most_evaluations - self.evaluator.n_eval)
-        return int(min(self._block_size, left))
+        return int(min(self._block_size, max(left, 2 * self._n_passed)))
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
