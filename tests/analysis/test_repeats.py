@@ -78,6 +78,11 @@ def test_single_usable_tests_have_means_and_no_confidence():
     )
 
 
+def test_a_design_of_one_test_keeps_its_values_to_the_bit():
+    table = TestTable.of([1, 2, 3], [[0.1], [0.1], [0.5]], [[1, 2], [1.2, 2], [1 / 3, 2 / 3]])
+    assert average_repeats(table).F[1].tolist() == [1 / 3, 2 / 3]
+
+
 def test_failed_tests_do_not_count_in_means():
     X = [[1.0], [1.0], [2.0], [2.0], [3.0]]
     F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]

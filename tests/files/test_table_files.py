@@ -13,7 +13,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import Formulation, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import (
+    Formulation,
+    TestTable,
+    VectorizedSphereChute,
+    cautions,
+    compare_designs,
+    explain,
+    investigate,
+)
 from pymoo_psi.files import format_of, read_table, write_table
 from pymoo_psi.study import NOT_VALUES
 from pymoo_psi.table import RESERVED, Decision, Schema
@@ -202,6 +210,15 @@ def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, file, damage, mess
     path = tmp_path / file
     path.write_text(damage(path.read_text("utf-8-sig")), "utf-8")
     refused(rf"table\.csv:? {message}", read_table, tmp_path / "table.csv", error=ValueError)
+
+
+def test_all_sentences_on_a_table_have_its_decimal_mark(tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("name;cost;mass\nA;1,5;9,25\nB;2,25;4,5\nC;5,75;1,5\nD;5,8;1,4\n")
+    table = read_table(path, Formulation(["cost", "mass"]))
+    sentences = [explain(table, "A"), compare_designs(table, ["A", "B"]), *cautions(table)]
+    assert "4,75 lower" in str(sentences[1])
+    assert not re.search(r"\d\.\d", " ".join(map(str, sentences)))
 
 
 @pytest.mark.parametrize("decimal", [".", ","])

@@ -415,6 +415,16 @@ DATE = '<span class="date"><span class="rule"></span><span>date</span><span clas
 
 
 @undrawn
+@pytest.mark.parametrize(
+    ("chosen", "warning"), [("B", "violates the limits"), ("Z", "is not among these designs")]
+)
+def test_a_choice_that_does_not_count_is_said(chosen, warning):
+    frame = pd.DataFrame({"name": ["A", "B"], "cost": [2.0, 1.0], "mass": [3.0, 9.0]})
+    decision = Decision(Formulation(["cost", "mass"], limits={"mass": 5}), chosen=chosen)
+    html = decision_report(read_table(frame, decision)).html()
+    assert f"{chosen}, the chosen design, {warning}." in html
+
+
 def test_the_sheet_has_the_decision_of_the_group():
     names = [f"test {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
     positions = [

@@ -145,7 +145,9 @@ def _statistics(tests: TestTable, designs: TestTable, design: Rows) -> Columns:
     for name in tests.evaluated.of_role(*NUMBERS_ROLES):
         columns[name] = designs.data[name].copy()
         if name != PROPOSAL_ROUND:  # that of the first test
-            columns[name][rows] = in_decimals(means_of(tests.data[name])[rows])
+            means = means_of(tests.data[name])
+            means[counts > 1] = in_decimals(means[counts > 1])  # others are values of one test
+            columns[name][rows] = means[rows]
     for name in tests.schema.objectives:
         values = tests.column(name)
         deviations = values - means_of(values)[design]

@@ -76,6 +76,7 @@ from pymoo_psi.table import (
     Schema,
     TestTable,
     free_name,
+    texts_of,
 )
 
 if TYPE_CHECKING:
@@ -186,9 +187,10 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[tuple[str, 
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
         if name in {schema.label, RUN, POINT}:
             continue
-        cells = designs.column(name).tolist()
         if name in formats:
-            cells = list(map(formats[name].text, cells))
+            cells = list(map(formats[name].text, designs.column(name).tolist()))
+        else:
+            cells = texts_of(designs.column(name)).tolist()
         heading = with_unit(_beside_ranking(name, schema), schema[name].unit)
         if name in schema.objectives:
             heading += " ↑" if schema[name].maximize else " ↓"

@@ -19,7 +19,7 @@ from pymoo_psi.cli._source import decision_in, opened, require_feasible, say_sou
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
-from pymoo_psi.table import Decision, TestTable, entries_of
+from pymoo_psi.table import Decision, TestTable, entries_of, texts_of
 
 Answer: TypeAlias = tuple[str, str, str]
 
@@ -205,8 +205,11 @@ def _show(table: TestTable, one: str, other: str) -> None:
         values = table.column(name)[rows]
         if values[0] == values[1] or name == schema.label:
             continue
-        text = formats[name].text if name in formats else str
-        lines.append([schema[name].heading, *map(text, values)])
+        if name in formats:
+            cells = list(map(formats[name].text, values))
+        else:
+            cells = texts_of(values).tolist()
+        lines.append([schema[name].heading, *cells])
     columns = zip(*lines[: 1 + _N_DIFFERENCES], strict=True)
     print_columns([(head, cells) for head, *cells in columns], "Which one would you rather have?")
 

@@ -133,9 +133,11 @@ def _nsga3(problem: Any, n: int, seed: int) -> None:
 
 def _psi_then_nsga3(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
-    n_psi = n // 2
+    n_psi = max(n // 2, 1)
     n_nsga3 = n - n_psi
     tested = minimize(problem, PSI(n_psi, sampling=sampling), seed=seed).pop
+    if n_nsga3 == 0:
+        return
     size = population_size(problem.n_obj, n_nsga3)
     # NSGA-III's own selection among the tests: feasible designs first, the best, well spread.
     survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))

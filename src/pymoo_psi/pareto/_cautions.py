@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._names import operand
-from pymoo_psi._numbers import number, percent
+from pymoo_psi._numbers import decimal_mark, number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import (
@@ -28,6 +28,7 @@ from pymoo_psi.pareto._dominance import (
 from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
+    decimal_of,
     front_of,
     nearest_of_front,
     rank_of_efficiency,
@@ -166,7 +167,8 @@ def cautions(
         proposed (f2 0.6 lower).
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
-    return (*checks.of_distances(), *checks.of_weights())
+    with decimal_mark(decimal_of(F)):
+        return (*checks.of_distances(), *checks.of_weights())
 
 
 @np.errstate(over="ignore", invalid="ignore")

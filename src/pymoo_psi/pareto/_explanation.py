@@ -11,7 +11,7 @@ greatest loss in another objective, in units of the ranges, is the least.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
+    decimal_of,
     front_of,
     rank_of_efficiency,
     with_units,
@@ -59,6 +60,7 @@ class DesignComparison:
             is better for minimised and maximised objectives.
         shares: ``(k, m)`` the gains as shares of the ranges of the Pareto set; NaN where a design
             differs in an objective in which all Pareto-optimal designs are equal.
+        decimal: The decimal mark of sentences, that of the source; "" for that in force.
 
     Example:
         >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
@@ -70,6 +72,7 @@ class DesignComparison:
     rows: Rows
     gains: Array
     shares: Array
+    decimal: str = ""
 
     def __repr__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
@@ -83,7 +86,8 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1]).sentences
             ('Design 1 against design 0: f2 5 lower. But f1 1 higher.',)
         """
-        return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
+        with decimal_mark(self.decimal):
+            return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
 
     def sentence(self, template: str, k: int, **texts: str) -> str:
         """Return a template about the k-th design compared and the first one, filled.
@@ -416,12 +420,9 @@ def explain(
         C: yield 10 higher. But cost 3 € higher.
         A: cost 1 € lower. But yield 20 lower.
     """
-    decimal = ""
+    decimal = decimal_of(F)
     trades: tuple[str, ...] = ()
-    kind = source_type(F)
-    if kind in ("table", "preferences"):
-        decimal = F.decimal
-    if kind == "preferences":
+    if source_type(F) == "preferences":
         trades = F.trades(units)
         if row is None and design is None:
             row = F.row
@@ -523,7 +524,7 @@ def compare_designs(
         raise invalid("designs", "left out where rows are given", designs)
     if len(ranked) < 2:
         raise invalid("designs", "two designs or more", Received(f"{len(ranked)}"))
-    return _compared(ranking, ranked)
+    return replace(_compared(ranking, ranked), decimal=decimal_of(F))
 
 
 def _least(rows: Rows, *measures: Array) -> Rows:

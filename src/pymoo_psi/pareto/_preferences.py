@@ -26,7 +26,7 @@ import numpy as np
 from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import decimal_mark, percent, percents
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Rows, counted, invalid, source_type
+from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
     nearest_designs,
     require_norm,
@@ -36,7 +36,7 @@ from pymoo_psi.pareto._acceptability import (
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._explanation import by_size, compare_designs
-from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, decimal_of, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class Preferences(Shown):
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
-        self.decimal: str = F.decimal if source_type(F) == "table" else ""
+        self.decimal = decimal_of(F)
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []

@@ -300,6 +300,13 @@ class Objectives:
         return point * self.sign
 
 
+def decimal_of(F: Any) -> str:
+    """Return the decimal mark of sentences about a source; "" if it has none."""
+    if source_type(F) in ("table", "preferences"):
+        return str(F.decimal)
+    return ""
+
+
 def unique_names(names: Iterable[Any], numbers: Sequence[int]) -> list[Any]:
     """Return names of designs, those that several designs share with their numbers appended."""
     unique = list(names)

@@ -143,7 +143,11 @@ def decision_report(
         ranking = table.feasible_ranking()
         row = ranked_row("design", table.row_of(design), table, ranking)
         chosen = table.names[ranking.rows[row]]
-    elif chosen not in table.names or not eligible[table.names.index(chosen)]:
+    elif chosen is not None and chosen not in table.names:
+        about = (*about, f"{chosen}, the chosen design, is not among these designs.")
+        chosen = None
+    elif chosen is not None and not eligible[table.names.index(chosen)]:
+        about = (*about, f"{chosen}, the chosen design, violates the limits.")
         chosen = None
     if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
         table = table.under(replace(table.decision, chosen=chosen, reason=""))
