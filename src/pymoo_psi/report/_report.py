@@ -143,12 +143,16 @@ def decision_report(
         ranking = table.feasible_ranking()
         row = ranked_row("design", table.row_of(design), table, ranking)
         chosen = table.names[ranking.rows[row]]
-    elif chosen is not None and chosen not in table.names:
-        about = (*about, f"{chosen}, the chosen design, is not among these designs.")
-        chosen = None
-    elif chosen is not None and not eligible[table.names.index(chosen)]:
-        about = (*about, f"{chosen}, the chosen design, violates the limits.")
-        chosen = None
+    elif chosen is not None:
+        reason = ""
+        if chosen not in table.names:
+            reason = "is not among these designs"
+        elif not eligible[table.names.index(chosen)]:
+            reason = "violates the limits"
+        warning = f"Warning: {chosen}, the chosen design, {reason}."
+        if reason:
+            chosen = None
+            about = (*[line for line in about if line != warning], warning)
     if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
         table = table.under(replace(table.decision, chosen=chosen, reason=""))
     if not eligible.any():
