@@ -124,9 +124,11 @@ def test_failures_are_counted_and_tried_again(said):
     words = ["--points", 64, "--study", "s.db"]
     printed = joined(said("solve", "models:Root", *words))
     assert "Caution: 32 of 64 tests failed: OSError: no licence; ValueError: " in printed
-    for given, left in (([], 32), (["--retry", "failed"], 0)):
-        said("solve", "models:Mended", *words, *given)
+    for points, given, left in ((64, [], 32), (66, ["--retry", "failed"], 0)):
+        words[1] = points
+        printed = said("solve", "models:Mended", *words, *given)
         assert (read_table("s.db").status == "failed").sum() == left
+    assert "; 32 evaluated again." in printed
 
 
 def test_failures_that_differ_in_numbers_alone_are_one_reason(run):

@@ -376,7 +376,10 @@ def _added(result: Result, former: Result) -> str:
     if len(table) == len(result.tests):  # no means of several tests
         is_new = ~np.isin(table.numbers[ranking.rows], former.tests.numbers)
         text += f", {(is_new & ranking.pareto).sum()} of them not dominated"
-    if former.table.feasible().any():
+    n_again = result.n_evaluated - n_new
+    if n_again > 0:  # the former tests are no longer as they were
+        text += f"; {n_again} evaluated again"
+    elif former.table.feasible().any():
         before = former.table.feasible_ranking()
         proposed = before.name_of(before.salukvadze[0])
         if proposed == ranking.name_of(ranking.salukvadze[0]):
