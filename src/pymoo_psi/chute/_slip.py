@@ -72,9 +72,14 @@ NUMBERS = SimpleNamespace(
     expm1=lambda x: float(np.expm1(x)),
     log1p=lambda x: float(np.log1p(x)),
 )
-POOL = 16384  # designs that are followed at a time, so that their arrays stay in the cache
+POOL = 16384  # designs that are followed at a time
+ROUNDS = 3  # steps before the unfinished designs of all pools are gathered
+EVALUATIONS = 32768  # integrands in one quadrature, so that its arrays stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 ENDLESS = "the slip of a design does not end; report it"
+# glibc keeps freed memory for the next array only up to the largest block ever freed. Without this
+# block a third of the time would go into page faults.
+np.empty(2**21)
 
 
 def _quadrature(m: int, crowding: float = 0.0, fall: float = 1e-9) -> tuple[Array, Array]:
@@ -181,23 +186,38 @@ def _follow_one(slip: Slip) -> tuple[Any, ...]:
 
 
 def _follow_all(slip: Slip) -> tuple[Any, ...]:
-    """Return the ends of the slip of n designs, in pools; see `follow_slip`."""
+    """Return the ends of the slip of n designs; see `follow_slip`.
+
+    Designs are followed in pools that fit into the cache. The few of all pools that need more than
+    `ROUNDS` steps then go on together.
+    """
     end = np.empty((5, slip.b.size))
-    for start in range(0, slip.b.size, POOL):
-        pool = slice(start, start + POOL)
-        _follow_pool(Slip._make(entry[pool] for entry in slip), end[:, pool])
-    return tuple(end)
+    ids = np.arange(slip.b.size)
+    for _ in range(STEPS):
+        if not ids.size:
+            return tuple(end)
+        unfinished = []
+        for start in range(0, ids.size, POOL):
+            pool = slice(start, start + POOL)
+            part = Slip._make(entry[pool] for entry in slip)
+            unfinished.append(_follow_pool(ids[pool], part, end))
+        ids = np.concatenate([pool_ids for pool_ids, _ in unfinished])
+        slip = Slip(*np.concatenate([part for _, part in unfinished], axis=1))
+    raise PsiError(ENDLESS)
 
 
-def _follow_pool(slip: Slip, end: Array) -> None:
-    """Follow k designs.
+def _follow_pool(ids: Rows, slip: Slip, end: Array) -> tuple[Rows, Slip]:
+    """Follow k designs for `ROUNDS` steps.
 
     Args:
+        ids: (k,) columns of `end` that are these designs.
         slip: Their slip.
-        end: (5, k) results of `follow_slip`, which receive theirs.
+        end: (5, n) results of `follow_slip`, which receive those of the designs that are finished.
+
+    Returns:
+        The ids and the slip of the designs that are not finished.
     """
-    ids = np.arange(slip.b.size)  # of the designs that are not finished
-    for _ in range(STEPS):
+    for _ in range(ROUNDS):
         aim = _aim(np, slip)
         exact = _error(np, aim) < EXACT
         if exact.any():
@@ -208,9 +228,9 @@ def _follow_pool(slip: Slip, end: Array) -> None:
             slip = _rows_of(slip, rest)
             aim = _rows_of(aim, rest)
         if not ids.size:
-            return
+            break
         slip = _next(np, slip, aim)
-    raise PsiError(ENDLESS)
+    return ids, slip
 
 
 def _rows_of(entries: Any, rows: Rows) -> Any:
@@ -380,16 +400,22 @@ def _integrals_by_kind(kind: Rows, columns: Any) -> Array:
         kind: (n,) index of the quadrature of each design.
         columns: Six (n,) arrays as for `_integrals`.
     """
-    values = np.array(columns)
+    order = np.argsort(kind.astype(np.int8), kind="stable")
+    ordered = np.take(columns, order, axis=1)
     integrals = np.empty((3, kind.size))
-    for k, (nodes, weights) in enumerate(QUADRATURES):
-        rows = np.flatnonzero(kind == k)
-        if rows.size:
-            # Nodes along the first axis, designs along the second.
-            integrals[:, rows] = _integrals(
-                nodes[:, None], weights[:, None], k >= LONG, values[:, rows]
-            )
-    return integrals
+    begin = 0
+    for k, count in enumerate(np.bincount(kind).tolist()):
+        # Nodes along the first axis, designs along the second.
+        nodes, weights = (column[:, None] for column in QUADRATURES[k])
+        end = begin + count
+        block = EVALUATIONS // nodes.size
+        for first in range(begin, end, block):
+            part = slice(first, min(first + block, end))
+            integrals[:, part] = _integrals(nodes, weights, k >= LONG, ordered[:, part])
+        begin = end
+    back = np.empty_like(order)
+    back[order] = np.arange(order.size)
+    return np.take(integrals, back, axis=1)
 
 
 def _integrals(nodes: Array, weights: Array, long: bool, columns: Any) -> tuple[Any, Any, Any]:
