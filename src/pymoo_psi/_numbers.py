@@ -32,6 +32,7 @@ _DIGITS_OF_LONG = 4  # of numbers beyond it
 _SHORT = 1e-4
 _DIGITS = 6  # and with more digits, if a column spans decades
 _ALL = 100 - 1e-7  # per cent, up to rounding
+LOG_RANGE = 100.0  # the least ratio between the ends of a logarithmic axis
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,8 @@ class NumberFormat:
 
         Values of up to three decimals and seven digits are written as they are. Otherwise the
         decimals follow the range: 500 values within it are told apart, and of more than three
-        decades the least value has two digits. Numbers of 1e6 and more, below 1e-4, or with more
-        than six digits so, have a power of ten.
+        decades the least value has two digits, unless the greatest would have six or more. Then
+        values for a logarithmic axis have a power of ten, as numbers of 1e6 and more or below 1e-4.
 
         Args:
             values: All values of the column; those that are not finite are ignored.
@@ -91,12 +92,13 @@ class NumberFormat:
             order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
         if _SHORT <= size < _LONG:
             decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
-            is_short = True
-            if spans_decades(compared):  # the least number has two digits, too
-                decimals = max(decimals, 1 - floor(log10(low)))
-                is_short = decimals + max(order, 0) < _DIGITS
-            if is_short:
+            if not high / 1e3 > low > 0:
                 return cls(min(decimals, _MOST))
+            of_least = max(decimals, 1 - floor(log10(low)))  # which has two digits
+            if of_least + max(order, 0) < _DIGITS:
+                return cls(of_least)
+            if not needs_logarithms(compared):
+                return cls(decimals)
         # Leading digits that all values have in common come on top of three that differ.
         common = max(floor(order) - floor(order_of_range), 0)
         return cls(min(2 + common, _MOST), has_powers=True)
@@ -166,10 +168,21 @@ def decimals_as_given(values: ArrayLike) -> int:
     return _decimals(_finite(values)) or 0
 
 
-def spans_decades(values: ArrayLike) -> bool:
-    """Whether positive values span more than three decades, which only a log axis shows."""
-    near = np.asarray(values, dtype=float)
-    return bool(near.size and near.max() / 1e3 > near.min() > 0)
+def needs_logarithms(values: ArrayLike) -> bool:
+    """Whether a straight axis would press most values over decades into its first tenth.
+
+    Example:
+        >>> needs_logarithms([1, 10, 100]), needs_logarithms([0.001, 0.4, 0.7, 1])
+        (True, False)
+    """
+    finite = _finite(values)
+    if not finite.size:
+        return False
+    low = float(finite.min())
+    high = float(finite.max())
+    if not 0 < low <= high / LOG_RANGE:
+        return False
+    return float(np.median(finite)) - low < 0.1 * (high - low)
 
 
 @np.errstate(over="ignore")  # a penalty may be the largest number

@@ -119,7 +119,7 @@ def test_a_figure_by_fixed_ranges_says_so():
     assert_readable(worse)  # lines begin on the left of the worst values
 
 
-def test_more_than_three_decades_have_a_logarithmic_axis():
+def test_values_over_decades_have_a_logarithmic_axis():
     frame = pd.DataFrame({"life": [1e2, 1e4, 1e6], "cost": [1.0, 2.0, 3.0]})
     figure = plot_ranking(rank_of_efficiency(frame, maximize=["life"]))
     assert [row[0] for row in rows_of(figure)[1:]] == ["life, log", "cost"]
@@ -133,6 +133,10 @@ def test_more_than_three_decades_have_a_logarithmic_axis():
     axes = shown(plot_table(read_table(frame)))[0]
     assert (axes.get_xscale(), axes.get_xlabel()) == ("log", "life, log")
     np.testing.assert_allclose(axes.patches[0].get_data().edges, np.geomspace(1e2, 1e6, 11))
+    even = np.append(1e-5, np.linspace(0.01, 1, 100))  # over decades, but evenly
+    table = read_table(pd.DataFrame({"a": even, "b": 1 - even}))
+    assert rows_of(plot_ranking(table))[1][:3] == ["a", "1.000", "0.000"]
+    assert shown(plot_objectives(table))[0].get_xscale() == "linear"
 
 
 def test_the_figure_of_what_has_no_variables_has_a_column_for_each_objective():
@@ -171,6 +175,8 @@ def test_a_row_is_that_of_the_table():
     lines = [line.get_xdata() for line in dominated.axes[0].lines if len(line.get_xdata())]
     assert min(map(min, lines)) == dominated.axes[0].get_xlim()[0] == -0.5  # others have room
     assert dominated.caption.endswith("An arrow marks a value worse than its axis shows.")
+    single = plot_ranking([[1, 1], [2, 1]], row=1)  # one optimal design, and so no range
+    assert single.axes[0].lines[2].get_xdata().tolist() == [-0.5, 1]
     refused("a feasible design", plot_ranking, table, row=0)
     refused("from 0 to 3", plot_ranking, table, row=4)
 

@@ -319,6 +319,7 @@ def test_any_name_can_be_drawn():
     ("call", "message"),
     [
         (lambda t: plot_table(t, variables=["x9"]), "variables must be one of .*'x9'"),
+        (lambda t: plot_objectives(t, objectives=["f1", "test"]), "objectives must be one of"),
         (lambda t: plot_objectives(t, objectives=["f1"]), "objectives must be from 2 to 7"),
         (lambda t: plot_objectives(t, design=0), "design must be the name of one design .*, got 0"),
     ],

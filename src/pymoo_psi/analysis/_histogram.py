@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._numbers import spans_decades
+from pymoo_psi._numbers import needs_logarithms
 from pymoo_psi._validation import AnyArray, Array, Integers, Mask, integer, known_name
 from pymoo_psi.table import VARIABLE, Kind, TestTable, require_table, value_ranks
 
@@ -52,8 +52,9 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
         table: The tests.
         variable: Name of a variable, objective, constraint or output. Bins of all but variables
             span the feasible designs, or all if there are none, except for outliers
-            beyond three times the interquartile range, which are in no bin. Of values that span
-            more than three decades the bins are equal by their logarithm.
+            beyond three times the interquartile range, which are in no bin. Of values over two
+            decades or more, most of them in the first tenth of their range, the bins are equal by
+            their logarithm.
         bins: The number of equal bins between the bounds of a real variable. An integer with more
             than twice as many tested values has at most so many bins, each of the same number of
             integers, or some of one more; other columns have one bin for each value.
@@ -111,7 +112,7 @@ def _kind_and_points(table: TestTable, name: str) -> tuple[Kind, AnyArray]:
         return Kind.REAL, points
     if (points > 0).all():
         near = points[_is_near(np.log(points))]
-        if spans_decades(near):
+        if needs_logarithms(near):
             return Kind.LOG, near
     return Kind.REAL, points[_is_near(points)]
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._numbers import NumberFormat
+from pymoo_psi._numbers import LOG_RANGE, NumberFormat, needs_logarithms
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import AnyArray, Array, Mask, Values
 from pymoo_psi.pareto import SENTENCES, enough_digits, nondominated
@@ -35,7 +35,6 @@ from pymoo_psi.table import (
 # outliers, perhaps penalties. These are four in ten thousand of an exponential distribution, and
 # none of a normal one.
 _FENCE = 2.5
-_DECADES = 2.0  # a logarithmic scale spans at least these
 
 
 def payload(table: TestTable, prototype: TestTable | None, decision: Decision) -> Values:
@@ -281,7 +280,7 @@ def _format(values: Array, optimal: Mask, *, log: bool) -> NumberFormat:
     """Return how the numbers of a column are written."""
     optimal_values = _finite_and_optimal(values, optimal)
     low, high, _ = scale_of(optimal_values)
-    if log and high > 10**_DECADES * low:  # digits in each decade
+    if log and high > LOG_RANGE * low:  # digits in each decade
         return NumberFormat(2, has_powers=True)
     near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
     return NumberFormat.of(values, near)
@@ -306,13 +305,8 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
     Args:
         values: ``(n,)`` finite values.
     """
-    low, high = _ends(without_outliers(values))
-    if low <= 0 or high < 10**_DECADES * low:
-        return low, high, False
-    # A straight scale would press most of the values into its first tenth.
-    inside = values[(values >= low) & (values <= high)]
-    crowded = float(np.median(inside)) - low < 0.1 * (high - low)
-    return low, high, crowded
+    inside = without_outliers(values)
+    return *_ends(inside), needs_logarithms(inside)
 
 
 def without_outliers(values: Array) -> Array:

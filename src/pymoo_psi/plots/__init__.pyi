@@ -13,7 +13,7 @@ from ._style import save_figures as save_figures
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._figures import places_in_row as places_in_row
 from ._figures import plot_indicator as plot_indicator
 from ._style import literal as literal
-from ._style import places_between as places_between
 from ._style import svg_of as svg_of

@@ -17,8 +17,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import PowerNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import NullLocator
+from numpy.typing import ArrayLike
 
-from pymoo_psi._numbers import NumberFormat
+from pymoo_psi._numbers import NumberFormat, needs_logarithms
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
@@ -59,7 +60,6 @@ from pymoo_psi.plots._style import (
     name_lines,
     new_figure,
     panels,
-    places_between,
     raised,
     set_log,
     stack_pairs,
@@ -152,7 +152,8 @@ def plot_table(
         width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
-        ArgumentValueError: A column is not in the table, or the width is none of 10 to 1000 mm.
+        ArgumentValueError: A column is not in the table or a note, or the width is none of 10 to
+            1000 mm.
         ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
@@ -204,7 +205,7 @@ def _column_names(argument: str, names: Names | None, default: Names, schema: Sc
     """Return the names of columns of a table, by default those given."""
     if names is None:
         names = default
-    return known_names(argument, names, schema.names)
+    return known_names(argument, names, schema.values)
 
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
@@ -265,8 +266,8 @@ def plot_objectives(
         width: Width in mm, such as 90 and 180 for one and two columns of a journal.
 
     Raises:
-        ArgumentValueError: A column or the design is not in the table, there are too few or too
-            many objectives, or the width is none of 10 to 1000 mm.
+        ArgumentValueError: A column or the design is not in the table, a column is a note, there
+            are too few or too many objectives, or the width is none of 10 to 1000 mm.
         ArgumentTypeError: ``table`` is none, and cannot be read as one.
 
     Example:
@@ -325,10 +326,11 @@ def plot_ranking(
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
     An objective is a row, from its worst value on the left to its best on the right, those of the
-    Pareto set or of the fixed range; one that spans more than three decades has a logarithmic axis.
-    Each design is a line, with its place and name at the end where there is room. Of more than
-    eight designs only the first three have names, and the first ten darker lines, or three in a
-    width of less than 120 mm; of more than 500 others the density of their lines is drawn.
+    Pareto set or of the fixed range. It is logarithmic if most values over two decades or more
+    would be in the first tenth of a straight row. Each design is a line, with its place and name at
+    the end where there is room. Of more than eight designs only the first three have names, and the
+    first ten darker lines, or three in a width of less than 120 mm; of more than 500 others the
+    density of their lines is drawn.
     :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
@@ -361,69 +363,97 @@ def plot_ranking(
     if marked == best:
         marks = {best: ("proposed", _SOLID)}
     front = ranking.by_place[: ranking.pareto.sum()]
-    n_named = NAMED
-    n_near = _NEAREST
-    if len(front) > NAMED:
-        n_named = _NEAREST
-        if width >= NARROW:
-            n_near = _NEAR
+    n_named, n_near = _lines_to_tell_apart(len(front), width)
     named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
-    places, is_log = _places_in_rows(ranking)
+    rows = [places_in_row(ranking, j, x) for j, x in enumerate(ranking.objectives.values.T)]
+    # What is better than a fixed range counts as its best end.
+    places = np.minimum(np.column_stack([places for places, _ in rows]), 1.0)
+    is_log = [log for _, log in rows]
+    # Rows reach beyond the range for designs worse than a fixed one, and for a marked design; but a
+    # far worse one has an arrow at the edge, as the others need the room.
+    edge = min(0.0, places[front].min(), max(_BEYOND, places[[*marks]].min()))
     n = len(ranking.objectives.names)
     with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
-        edge = min(0.0, places[front].min())  # beyond a fixed range
-        # A marked design may be far worse than all others, which need the room.
-        edge = min(edge, max(_BEYOND, places[[*marks]].min()))
-        is_beyond = places < edge
-        places = np.maximum(places, edge)
         ax.set(xlim=(edge, 1))
         ax.axis("off")
         word = marks[marked][0] if values else ""
         _draw_rows(ax, ranking, is_log, marked, word)
-        if edge < 0:  # where a fixed range begins, or the range of the Pareto set
-            ax.vlines(0, 0, n - 1, color="0.8", linewidth=0.6, zorder=0)
         for design, (label, style) in marks.items():
-            ax.plot(places[design], range(n), "o", zorder=5, clip_on=False, **style)
-            ax.plot([], [], style["linestyle"], color=style["color"], label=label)
-            for j in np.flatnonzero(is_beyond[design]):
-                ax.plot(edge, j, "<", color=style["color"], markersize=9, zorder=6, clip_on=False)
+            _draw_mark(ax, places[design], edge, label, style)
         _draw_lines(ax, ranking, places, n_near, [*marks])
         if np.any(ranking.place[front] > n_near):
             figure.fit(add_key, figure, [ax])
         names = _add_names(ax, ranking, named, n_near, marks)
-        figure.fit(_name_lines, figure, ax, names, places[named, -1], n)
+        figure.fit(_name_lines, figure, ax, names, np.maximum(places[named, -1], edge), n)
         arrows = ""
-        if is_beyond[[*marks]].any():
+        if np.any(places[[*marks]] < edge):
             arrows = "An arrow marks a value worse than its axis shows."
         figure.describe(title, *_ranking_in_words(ranking, is_log), arrows)
     return figure
 
 
-def _ranking_in_words(ranking: EfficiencyRanking, is_log: Mask) -> Iterator[str]:
+def _lines_to_tell_apart(n: int, width: float) -> tuple[int, int]:
+    """Return how many of n lines have names, and up to which place they are darker.
+
+    Args:
+        n: Number of lines.
+        width: Width of the figure in mm.
+    """
+    if n <= NAMED:
+        return NAMED, _NEAREST
+    if width < NARROW:
+        return _NEAREST, _NEAREST
+    return _NEAREST, _NEAR
+
+
+def _ranking_in_words(ranking: EfficiencyRanking, is_log: Sequence[bool]) -> Iterator[str]:
     """Yield the sentences of a caption, given which axes are logarithmic."""
     measure = "from the worst to the best of them"
     if ranking.frame.is_fixed:
         measure = "in the fixed range"
     designs = counted(ranking.pareto.sum(), "design")
     yield f"The {designs} that no other dominates: values {measure}."
-    if is_log.any():
+    if any(is_log):
         yield "Designs are ranked by values, not by their logarithms."
 
 
-def _places_in_rows(ranking: EfficiencyRanking) -> tuple[Array, Mask]:
-    """Return ``(n, m)`` where designs are in the rows, and ``(m,)`` which rows are logarithmic."""
-    rows = []
-    for values, *ends in zip(
-        ranking.objectives.values.T, ranking.nadir, ranking.ideal, strict=True
-    ):
-        rows.append(places_between(values, *ends))
-    places, is_log = zip(*rows, strict=True)
-    # What is better than a fixed range counts as its best end.
-    return np.minimum(np.column_stack(places), 1.0), np.array(is_log)
+def places_in_row(
+    ranking: EfficiencyRanking, objective: int, values: ArrayLike
+) -> tuple[Array, bool]:
+    """Return where values are in the row of an objective, and whether the row is logarithmic.
+
+    Args:
+        ranking: The ranking.
+        objective: Index of the objective.
+        values: ``(n,)`` values of it.
+
+    Returns:
+        ``(n,)`` places, 0 for the worst value of the range and 1 for the best, and whether the row
+        is logarithmic. Worse values are below 0, infinitely far if the range is a single value.
+
+    Example:
+        >>> places_in_row(rank_of_efficiency([[4, 1], [2, 3]]), 0, [2, 3, 5])
+        (array([ 1. ,  0.5, -0.5]), False)
+    """
+    objectives = ranking.objectives
+    points = np.asarray(values, dtype=float)
+    ends = np.array([ranking.nadir[objective], ranking.ideal[objective]])
+    front = objectives.values[ranking.pareto, objective]
+    is_log = needs_logarithms([*ends, *front.clip(ends.min(), ends.max())])
+    if is_log:
+        points = np.log(np.maximum(points, np.finfo(float).tiny))
+        ends = np.log(ends)
+    worst, best = ends
+    if worst == best:
+        is_worse = objectives.sign[objective] * (points - best) > 0
+        return np.where(is_worse, -np.inf, 1.0), is_log
+    return (points - worst) / (best - worst), is_log
 
 
-def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, word: str) -> None:
+def _draw_rows(
+    ax: Axes, ranking: EfficiencyRanking, is_log: Sequence[bool], row: int, word: str
+) -> None:
     """Draw a row for each objective, with its worst and best value and that of a design.
 
     Args:
@@ -448,6 +478,8 @@ def _draw_rows(ax: Axes, ranking: EfficiencyRanking, is_log: Mask, row: int, wor
             value = ""
         _write_row(ax, j, _BELOW, (heading, worst, best, value))
     ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
+    if ax.get_xlim()[0] < 0:  # where the range begins
+        ax.vlines(0, 0, len(is_log) - 1, color="0.8", linewidth=0.6, zorder=0)
 
 
 def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]) -> None:
@@ -503,6 +535,22 @@ def _places_in_words(places: Integers) -> str:
     if places.min() == places.max():
         return f"place {places.min()}"
     return f"places {places.min()} to {places.max()}"
+
+
+def _draw_mark(ax: Axes, places: Array, edge: float, label: str, style: Style) -> None:
+    """Draw the line of a marked design, with an arrow in each row where it is beyond the edge.
+
+    Args:
+        ax: The axes.
+        places: ``(m,)`` where the design is in each row.
+        edge: The worst place that the axes show.
+        label: Its label in the key.
+        style: How the line is drawn.
+    """
+    ax.plot(np.maximum(places, edge), range(len(places)), "o", zorder=5, clip_on=False, **style)
+    ax.plot([], [], style["linestyle"], color=style["color"], label=label)
+    for j in np.flatnonzero(places < edge):
+        ax.plot(edge, j, "<", color=style["color"], markersize=9, zorder=6, clip_on=False)
 
 
 def _draw_lines(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from pymoo_psi._numbers import number, spans_decades
+from pymoo_psi._numbers import needs_logarithms, number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Array, Mask, Names, counted
 from pymoo_psi.analysis import within_limits, written_limits
@@ -351,7 +351,7 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
     values = values.astype(np.float64)
     inner = values[table.feasible()]
     shown = values[marked]
-    is_log = spans_decades(inner)
+    is_log = _is_logarithmic(inner)
     if is_variable:
         is_log = column.kind is Kind.LOG
         inner = values
@@ -371,6 +371,12 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
             errors = table.column(error_column(name))
     limits = table.limits.get(name, Limit())[:2]
     return Column(values, ends, label, (), is_log, limits, sign, errors, column.unit)
+
+
+def _is_logarithmic(values: Array) -> bool:
+    """Return whether what a straight axis shows of positive values needs a logarithmic one."""
+    low, high = view(values)
+    return bool((values > 0).all()) and needs_logarithms(values[(values >= low) & (values <= high)])
 
 
 def _ends(values: Array, shown: Array, is_log: bool) -> Ends:

@@ -33,9 +33,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 from matplotlib.transforms import Bbox, ScaledTranslation
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pymoo_psi._numbers import NumberFormat, number, spans_decades
+from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Array, finite_number, invalid, known_name
 from pymoo_psi.page import without_outliers
@@ -575,35 +575,6 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
-
-
-def places_between(
-    values: ArrayLike, worst: float, best: float
-) -> tuple[NDArray[np.float64], bool]:
-    """Return where values are on an axis from the worst value (0) to the best (1).
-
-    Args:
-        values: ``(n,)`` values of an objective.
-        worst: The worst value.
-        best: The best value.
-
-    Returns:
-        ``(n,)`` places, 1 where both ends are equal, and whether the axis is logarithmic, as it
-        spans more than three decades.
-
-    Example:
-        >>> places_between([2.0, 3.0], 4.0, 2.0)
-        (array([1. , 0.5]), False)
-    """
-    points = np.asarray(values, dtype=float)
-    ends = np.array([worst, best])
-    is_log = spans_decades(ends)
-    if is_log:
-        points = np.log10(np.maximum(points, np.finfo(float).tiny))
-        ends = np.log10(ends)
-    if ends[0] == ends[1]:
-        return np.ones(len(points)), False
-    return (points - ends[0]) / (ends[1] - ends[0]), is_log
 
 
 def set_log(axes: Axes, letter: str) -> None:

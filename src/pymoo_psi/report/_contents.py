@@ -160,7 +160,7 @@ class Choice:
                 marks += designs.column(name).astype(float).tolist()
             ends = (self.ranking.nadir[j], self.ranking.ideal[j])
             shown = [*marks, *column[self.ranking.pareto]]
-            places, is_log = plots.places_between(shown, *ends)
+            places, is_log = plots.places_in_row(self.ranking, j, shown)
             write = self.formats[name].text
             (value, place), *others = zip(map(write, marks), places.tolist(), strict=False)
             behind = percent(self.explanation.shares[j])
