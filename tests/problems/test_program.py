@@ -190,6 +190,20 @@ def test_results_in_the_template_belong_to_no_design(tmp_path):
     assert "left no file out" in run.flaws[0]
 
 
+def test_a_program_may_edit_its_input_in_place(tmp_path):
+    """A result that was there before is none."""
+    write_files(tmp_path, {"template/in": "x={x}\nm=0\n"})
+    problem = ProgramProblem(
+        {"x": (0.0, 1.0), "edit": {"choices": ["s/m=0/m=5/", "p"]}},
+        {"command": "sed -i -n -e {edit} -e p in", "template": "template", "files": ["./in"]},
+        {"m": {"file": "in", "pattern": "m=(.+)"}},
+        {"minimize": ["m"]},
+        base=tmp_path,
+    )
+    assert problem.run({"x": 0.5, "edit": "s/m=0/m=5/"}).outputs == {"m": 5.0}
+    assert "left in as it was" in problem.run({"x": 0.5, "edit": "s/m=1/m=5/"}).flaws[0]
+
+
 def test_files_that_editors_leave_do_not_count(tmp_path):
     problem = shell(tmp_path, "echo 5", PRINTED)
     identity = problem.fingerprint()

@@ -165,12 +165,10 @@ class ProgramProblem(ElementwiseProblem):
         self.variables = {name: setting.variable for name, setting in settings.items()}
         self.log = [name for name, setting in settings.items() if setting.scale == "log"]
         self.outputs = outputs_of(outputs, self.variables, self.by_people)
-        units = {name: entry.unit for name, entry in (settings | self.outputs).items()}
-        self.units = unit_texts(units)
         self.known_expressions = expressions_of(self.outputs, self.variables)
-        self._tested = {
-            name: output for name, output in self.outputs.items() if not output.expression
-        }
+        self.units = unit_texts(
+            {name: entry.unit for name, entry in (settings | self.outputs).items()}
+        )
         minimize, self.maximize = objectives_of(objectives, self.outputs)
         self.objectives = minimize + self.maximize
         self.limits = limits_on_outputs(limits, self.outputs)
@@ -181,14 +179,15 @@ class ProgramProblem(ElementwiseProblem):
 
         limit_texts = [limit.written(name) for name, limit in self.limits.items()]
         self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
-        arguments: Values = {"vars": self.variables}
+        sizes: Values = {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             # pymoo takes such variables as a vector, without names.
             self.names |= numbered("x", self.variables)
             lower, upper = np.transpose([variable.bounds for variable in self.variables.values()])
-            arguments = {"n_var": len(lower), "xl": lower, "xu": upper}
-        arguments |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
-        super().__init__(**arguments, **kwargs)
+            sizes |= {"n_var": len(lower), "xl": lower, "xu": upper}
+        else:
+            sizes["vars"] = self.variables
+        super().__init__(**sizes, **kwargs)
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
@@ -220,30 +219,36 @@ class ProgramProblem(ElementwiseProblem):
     # What is checked before any run
 
     def _prepare(self, program: Entries) -> None:
-        """Read the section of the program, and check it with its files."""
+        """Read the section of the program, and check all that can be checked without a run."""
         self.program: Program = section("program", Program, program)
         listing = {"row": 0} | self.program.error  # the first match, unless there is a row
         self._listing: Output = section("program: error", Output, listing)
         self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
-        self._check_files()
+        self._check_folders()
+        self._check_command()
+        self._check_names()
         self._check_placeholders()
 
-    def _check_files(self) -> None:
-        """Refuse a missing program or template, and runs within the template."""
+    def _check_folders(self) -> None:
+        """Refuse a missing template, and runs within the template."""
         program = self.program
+        if not program.template:
+            return
         template = self._template
-        if program.template:
-            if not template.is_dir():
-                raise invalid(
-                    "template",
-                    f"a folder in {self.base}",
-                    program.template,
-                    "make it, with the files that the program needs; or leave template out",
-                )
-            if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
-                raise invalid("folder", "outside of the template, which is copied", program.folder)
-        word = shlex.split(program.command)[0]
-        in_template = bool(program.template) and (template / word).is_file()
+        if not template.is_dir():
+            raise invalid(
+                "template",
+                f"a folder in {self.base}",
+                program.template,
+                "make it, with the files that the program needs; or leave template out",
+            )
+        if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
+            raise invalid("folder", "outside of the template, which is copied", program.folder)
+
+    def _check_command(self) -> None:
+        """Refuse a program that is nowhere."""
+        word = shlex.split(self.program.command)[0]
+        in_template = bool(self.program.template) and (self._template / word).is_file()
         if not shutil.which(word) and not in_template:
             raise invalid(
                 "command",
@@ -252,13 +257,9 @@ class ProgramProblem(ElementwiseProblem):
                 "install it, or give its whole path",
             )
 
-    def _check_placeholders(self) -> None:
-        """Refuse what could be a placeholder and is none, and variables that are used nowhere.
-
-        A placeholder for a seed makes a model noisy.
-        """
-        values: Values = {"seed": 1}
-        for name, variable in self.variables.items():
+    def _check_names(self) -> None:
+        """Refuse names of variables that a placeholder cannot have."""
+        for name in self.variables:
             if not _NAME.fullmatch(name):
                 raise invalid(
                     "the name of a variable",
@@ -266,6 +267,14 @@ class ProgramProblem(ElementwiseProblem):
                     name,
                     "rename it, such as t_web for t-web",
                 )
+
+    def _check_placeholders(self) -> None:
+        """Refuse what could be a placeholder and is none, and variables that are used nowhere.
+
+        A placeholder for a seed makes a model noisy.
+        """
+        values: Values = {"seed": 1}
+        for name, variable in self.variables.items():
             if isinstance(variable, Choice):
                 values[name] = variable.options[0]
             else:
@@ -280,11 +289,10 @@ class ProgramProblem(ElementwiseProblem):
             used.update(expression.columns)
         for name in self.variables:
             if name not in used:
-                rule = "in the command, in one of files or in an expression"
                 placeholder = self._placeholders.marks.replace("name", name)
                 raise invalid(
                     f"the variable {name}",
-                    rule,
+                    "in the command, in one of files or in an expression",
                     Received("in none"),
                     f"write {placeholder} where its value belongs, in UTF-8",
                 )
@@ -327,6 +335,11 @@ class ProgramProblem(ElementwiseProblem):
         return self._name
 
     @property
+    def _tested(self) -> dict[str, Output]:
+        """The outputs that are read or measured; the others are expressions of them."""
+        return {name: output for name, output in self.outputs.items() if not output.expression}
+
+    @property
     def _template(self) -> Path:
         return Path(self.base, self.program.template)
 
@@ -348,54 +361,72 @@ class ProgramProblem(ElementwiseProblem):
         run = ProgramRun(Path(tempfile.mkdtemp(prefix="design-", dir=folder)))
         began = time.monotonic()
         try:
-            self._fill_template(run, values)
-            self.program.run(run.words, run.folder)
-            self._read(run, values)
+            self._run_in_folder(run, values)
         except (RuntimeError, OSError, ValueError) as error:  # the template may have changed
             run.flaws.append(str(error))
         if run.flaws and self._listing.file:
             with suppress(*_UNREADABLE):
                 run.flaws[0] = f"{self._listing.cell(run.folder)}; {run.flaws[0]}"
         run.seconds = time.monotonic() - began
-        keep = keep or self.program.keep == "all"
-        if keep or (run.flaws and self.program.keep == "failed"):
+        if keep or self.program.keep == "all" or (run.flaws and self.program.keep == "failed"):
             text = json.dumps({**values, **run.outputs}, indent=1, default=str)
             (run.folder / "design.json").write_text(text, encoding="utf-8")
         else:
             shutil.rmtree(run.folder, ignore_errors=True)
         return run
 
-    def _fill_template(self, run: ProgramRun, values: Entries) -> None:
-        """Copy the template into the folder of a run and write values for its placeholders.
+    def _run_in_folder(self, run: ProgramRun, values: Entries) -> None:
+        """Make the inputs, run the program, and read the outputs."""
+        self._copy_template(run.folder)
+        inputs = self._fill_files(run, values)
+        for word in shlex.split(self.program.command):
+            run.words.append(self._placeholders.fill("command", word, values))
+        self.program.run(run.words, run.folder)
+        self._read(run, values, inputs)
 
-        Outputs of another run that lie in the template are no outputs of this one.
+    def _copy_template(self, folder: Path) -> None:
+        """Copy the template into the folder of a run, without outputs of other runs.
+
+        A file with placeholders stays, although outputs may be read from it: a program may write
+        its results into its input.
         """
         if self.program.template:
             left_out = shutil.ignore_patterns(*_LEFT_OUT)
             shutil.copytree(
                 self._template,
-                run.folder,
+                folder,
                 dirs_exist_ok=True,
                 ignore=left_out,
                 ignore_dangling_symlinks=True,  # editors leave such links for open files
             )
+        inputs = {Path(file) for file in self.program.files}
         for output in (*self.outputs.values(), self._listing):
-            if output.file:
-                (run.folder / output.file).unlink(missing_ok=True)
+            if output.file and Path(output.file) not in inputs:
+                (folder / output.file).unlink(missing_ok=True)
+
+    def _fill_files(self, run: ProgramRun, values: Entries) -> dict[Path, str]:
+        """Write values for the placeholders in files; return the texts of these files."""
+        texts = {}
         for file in self.program.files:
             path = run.folder / file
             text = text_of(path)
             filled = self._placeholders.fill(file, text, values)
+            path.write_bytes(filled.encode(errors="surrogateescape"))
+            texts[Path(file)] = filled
             lines = zip(text.split("\n"), filled.split("\n"), strict=False)
             for number, (line, new) in enumerate(lines, 1):
                 if new != line:
                     run.filled.append(f"{file}, line {number}: {new.strip()}")
-            path.write_bytes(filled.encode(errors="surrogateescape"))
-        for word in shlex.split(self.program.command):
-            run.words.append(self._placeholders.fill("command", word, values))
+        return texts
 
-    def _read(self, run: ProgramRun, values: Entries) -> None:
-        """Read or compute the outputs in their order; what cannot be read is a flaw."""
+    def _read(self, run: ProgramRun, values: Entries, inputs: Mapping[Path, str]) -> None:
+        """Read or compute the outputs in their order; what cannot be read is a flaw.
+
+        Args:
+            run: The run.
+            values: The value of each variable.
+            inputs: The texts of files before the run: results in them may be those of another run.
+        """
         columns = {name: np.array([value]) for name, value in values.items()}
         for name, output in self.outputs.items():
             try:
@@ -406,6 +437,8 @@ class ProgramProblem(ElementwiseProblem):
                     value = float(expression.values(columns)[0])
                 else:
                     value = output.read(run.folder)
+                    if inputs.get(Path(output.file)) == text_of(run.folder / output.file):
+                        raise ValueError(f"the program left {output.file} as it was")
                 if not math.isfinite(value):
                     raise ValueError(f"it is {value}")
             except _UNREADABLE as error:
@@ -417,11 +450,7 @@ class ProgramProblem(ElementwiseProblem):
     def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         require_model(self)
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
-        columns = {name: np.array([design[name]]) for name in self.variables}
-        for rule in self._required:
-            if rule.violation(columns)[0] > 0:
-                remedy = "give the algorithm Required(problem)"
-                raise EvaluationError(x, f"it violates the requirement {rule.name}; {remedy}")
+        self._require_met(design)
         if "seed" in kwargs:
             design["seed"] = kwargs["seed"]
         run = self.run(design)
@@ -432,11 +461,19 @@ class ProgramProblem(ElementwiseProblem):
             raise EvaluationError(design, reason)
         outputs = run.outputs
         out["G"] = [limit.violation(outputs[name]) for name, limit in self.limits.items()]
-        out["F"] = [outputs.pop(name) for name in self.objectives]
-        for j, name in enumerate(self.objectives):
-            if name in self.maximize:
-                out["F"][j] *= -1
+        out["F"] = []
+        for name in self.objectives:
+            value = outputs.pop(name)
+            out["F"].append(-value if name in self.maximize else value)
         out.update(outputs)
+
+    def _require_met(self, design: Entries) -> None:
+        """Refuse to run a design that violates a requirement, which other algorithms propose."""
+        columns = {name: np.array([design[name]]) for name in self.variables}
+        for rule in self._required:
+            if rule.violation(columns)[0] > 0:
+                remedy = "give the algorithm Required(problem)"
+                raise EvaluationError(design, f"it violates the requirement {rule.name}; {remedy}")
 
     # Outputs of stored tests
 

@@ -188,7 +188,8 @@ class Output:
     """The source of a number: an entry of the section ``[outputs]``.
 
     Attributes:
-        file: File in the design's folder; ``stdout.txt`` has what the program prints.
+        file: File in the design's folder; ``stdout.txt`` has what the program prints. It may be one
+            of the program's ``files`` that the program edits in place.
         pattern: Regular expression with one group, which is the number.
         key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``; if names have dots, a list
             such as ``["tip.u", "x"]``.
