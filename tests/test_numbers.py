@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi._numbers import NumberFormat, decimal_mark, decimals_as_given, percents
+from pymoo_psi._numbers import NumberFormat, decimals_as_given, percents
 
 USUAL = (
     st.floats(-1e8, 1e8)
@@ -99,9 +99,8 @@ def test_an_outlier_changes_no_format_of_the_others():
 
 
 def test_mark_and_minus_are_those_of_the_output():
-    column = NumberFormat(2, minus="−")
-    with decimal_mark(","):
-        assert [column.text(value) for value in (-1.5, 2.25)] == ["−1,50", "2,25"]
+    column = NumberFormat(2, minus="−", mark=",")
+    assert [column.text(value) for value in (-1.5, 2.25)] == ["−1,50", "2,25"]
 
 
 @given(st.lists(st.floats(0.011, 1), min_size=1, max_size=9))

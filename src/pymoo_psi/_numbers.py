@@ -2,15 +2,12 @@
 
 :class:`NumberFormat` is made once from the values of a column. The terminal, reports and figures
 write the numbers of the column by its ``text``, the page by its ``pattern``. :func:`number` and
-:func:`percent` write the numbers of sentences. All of them have the decimal mark in force, see
-:func:`decimal_mark`.
+:func:`percent` write the numbers of sentences. The decimal mark is that of the table from which the
+numbers are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from math import ceil, floor, isinf, isnan, log10
 from typing import Any
@@ -20,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import Array
 
-_MARK = ContextVar("_MARK", default=".")  # the decimal mark
 _APART = "\N{NO-BREAK SPACE}"
 _STEPS = 500  # a written number tells so many values within the range of its column apart
 _AS_GIVEN = 3  # decimals up to which values are written as they are
@@ -45,6 +41,7 @@ class NumberFormat:
         decimals: Digits behind the decimal mark; with a power of ten, those of the factor.
         has_powers: Whether numbers are written with a power of ten.
         minus: The minus sign; "−" where the output is typographic.
+        mark: The decimal mark.
 
     Example:
         >>> costs = NumberFormat.of([12.3456, 99.8765, 140.0])
@@ -57,9 +54,10 @@ class NumberFormat:
     decimals: int
     has_powers: bool = False
     minus: str = "-"
+    mark: str = "."
 
     @classmethod
-    def of(cls, values: ArrayLike, near: ArrayLike | None = None) -> NumberFormat:
+    def of(cls, values: ArrayLike, near: ArrayLike | None = None, mark: str = ".") -> NumberFormat:
         """Return the format that tells the values of a column apart.
 
         Values of up to three decimals and seven digits are written as they are. Otherwise the
@@ -70,6 +68,7 @@ class NumberFormat:
         Args:
             values: All values of the column; those that are not finite are ignored.
             near: Those that readers compare, by default all.
+            mark: The decimal mark.
         """
         finite = _finite(values)
         compared = finite
@@ -78,13 +77,13 @@ class NumberFormat:
         if not compared.any():  # all are 0, or there are none
             compared = finite
         if not compared.any():
-            return cls(0)
+            return cls(0, mark=mark)
         low = float(compared.min())
         high = float(compared.max())
         size = max(abs(low), abs(high))
         as_given = _decimals(finite[np.abs(finite) < _LONGEST])  # others are written otherwise
         if as_given is not None and size < _LONGEST / 10**as_given:
-            return cls(as_given)
+            return cls(as_given, mark=mark)
         order = log10(size)
         # A constant has no range; its own size then says how many decimals are of use.
         order_of_range = order
@@ -93,18 +92,18 @@ class NumberFormat:
         if _SHORT <= size < _LONG:
             decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
             if not high / 1e3 > low > 0:
-                return cls(min(decimals, _MOST))
+                return cls(min(decimals, _MOST), mark=mark)
             of_least = max(decimals, 1 - floor(log10(low)))  # which has two digits
             if of_least + max(order, 0) < _DIGITS:
-                return cls(of_least)
+                return cls(of_least, mark=mark)
             if not needs_logarithms(compared):
-                return cls(decimals)
+                return cls(decimals, mark=mark)
         # Leading digits that all values have in common come on top of three that differ.
         common = max(floor(order) - floor(order_of_range), 0)
-        return cls(min(2 + common, _MOST), has_powers=True)
+        return cls(min(2 + common, _MOST), has_powers=True, mark=mark)
 
     def text(self, value: float) -> str:
-        r"""Return a number of the column, with the decimal mark in force; "—" for NaN.
+        r"""Return a number of the column; "—" for NaN.
 
         Example:
             >>> NumberFormat(1).text(12345.67), NumberFormat(2, has_powers=True).text(12345.67)
@@ -122,7 +121,7 @@ class NumberFormat:
             text = _with_power(value, _DIGITS_OF_LONG - 1)
         else:
             text = _grouped(f"{round(value, self.decimals) + 0.0:.{self.decimals}f}")  # no -0
-        return localized(text).replace("-", self.minus)
+        return text.replace(".", self.mark).replace("-", self.minus)
 
     def digits(self, value: float) -> int:
         """Return how many digits a number of the column has, at least one.
@@ -216,28 +215,14 @@ def _grouped(text: str) -> str:
     return f"{whole}{point}{decimals}"
 
 
-@contextmanager
-def decimal_mark(mark: str) -> Iterator[None]:
-    """Write numbers with a decimal mark, that of their source; "" leaves that in force."""
-    before = _MARK.set(mark or _MARK.get())
-    try:
-        yield
-    finally:
-        _MARK.reset(before)
-
-
-def localized(text: str) -> str:
-    """Return the text of a number with the decimal mark in force."""
-    return text.replace(".", _MARK.get())
-
-
-def number(value: float, digits: int = 4, decimals: int = 0) -> str:
+def number(value: float, digits: int = 4, decimals: int = 0, *, mark: str = ".") -> str:
     r"""Return a number with a few digits, but all of those before the point.
 
     Args:
         value: The number.
         digits: How many digits it has.
         decimals: The least number of decimals, unless it has a power of ten.
+        mark: The decimal mark.
 
     Example:
         >>> number(0.12345), number(1234.5), number(59990.4), number(1.5e12)
@@ -246,30 +231,37 @@ def number(value: float, digits: int = 4, decimals: int = 0) -> str:
     value = value + 0.0  # no -0
     size = abs(value)
     if size < _LONGEST - 0.5 and (size >= 10**digits - 0.5 or value == round(value)):
-        return localized(_grouped(f"{value:.{decimals}f}"))
+        return _grouped(f"{value:.{decimals}f}").replace(".", mark)
     text, _, power = f"{value:.{digits}g}".partition("e")
     if not power and len(text.partition(".")[2]) < decimals:
         text = f"{value:.{decimals}f}"
     text = _grouped(text)
     if power:
         text = f"{text}e{int(power)}"
-    return localized(text)
+    return text.replace(".", mark)
 
 
-def percent(share: float) -> str:
-    """Return a share with two digits, from 10 % on as a whole number; "—" for NaN."""
+def percent(share: float, mark: str = ".") -> str:
+    """Return a share with two digits, from 10 % on as a whole number; "—" for NaN.
+
+    Args:
+        share: The share of 1.
+        mark: The decimal mark.
+    """
     if share != share:
         return "—"
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
-        return localized("less than 0.01 %")
-    if 99.95 <= hundreds < _ALL:
-        return localized("more than 99.9 %")
-    if 99.5 <= hundreds < 99.95:
-        return localized(f"{hundreds:.3g} %")
-    if hundreds >= 9.95:
-        return f"{hundreds:.0f} %"
-    return localized(f"{hundreds:.2g} %")
+        text = "less than 0.01 %"
+    elif 99.95 <= hundreds < _ALL:
+        text = "more than 99.9 %"
+    elif 99.5 <= hundreds < 99.95:
+        text = f"{hundreds:.3g} %"
+    elif hundreds >= 9.95:
+        text = f"{hundreds:.0f} %"
+    else:
+        text = f"{hundreds:.2g} %"
+    return text.replace(".", mark)
 
 
 def percents(shares: Array) -> list[str]:

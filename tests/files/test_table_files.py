@@ -12,6 +12,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from matplotlib.text import Text
 
 from pymoo_psi import (
     Formulation,
@@ -23,6 +24,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.files import format_of, read_table, write_table
+from pymoo_psi.plots import plot_objectives, plot_ranking, plot_table
 from pymoo_psi.study import NOT_VALUES
 from pymoo_psi.table import RESERVED, Decision, Schema
 from tests.helpers.draws import examples
@@ -212,12 +214,16 @@ def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, file, damage, mess
     refused(rf"table\.csv:? {message}", read_table, tmp_path / "table.csv", error=ValueError)
 
 
-def test_all_sentences_on_a_table_have_its_decimal_mark(tmp_path):
+def test_all_sentences_and_figures_of_a_table_have_its_decimal_mark(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("name;cost;mass\nA;1,5;9,25\nB;2,25;4,5\nC;5,75;1,5\nD;5,8;1,4\n")
     table = read_table(path, Formulation(["cost", "mass"]))
     sentences = [explain(table, "A"), compare_designs(table, ["A", "B"]), *cautions(table)]
     assert "4,75 lower" in str(sentences[1])
+    figures = [plot_table(table), plot_objectives(table), plot_ranking(table.feasible_ranking())]
+    for figure in figures:
+        figure.draw_without_rendering()
+        sentences += [text.get_text() for text in figure.findobj(Text)]
     assert not re.search(r"\d\.\d", " ".join(map(str, sentences)))
 
 

@@ -95,6 +95,7 @@ def sections(
             frames += _sections_of(table, name, Z, row, lines)
     sections = pd.concat(frames, ignore_index=True)
     sections.attrs["units"] = dict(schema.units)
+    sections.attrs["decimal"] = table.decimal
     return sections
 
 

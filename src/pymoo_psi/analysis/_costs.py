@@ -117,12 +117,12 @@ def limit_words(table: TestTable) -> list[str]:
     units = table.schema.units
     texts = []
     for name, limit in zip((*constraints, *table.limits), _limits(table), strict=True):
-        text = limit.in_words(name, units.get(name, ""))
+        text = limit.in_words(name, units.get(name, ""), table.decimal)
         if name in constraints and re.search("[<=>]", name):  # the name says it
             text = name
             with suppress(ValueError):  # of a rule on several columns
                 [(column, stated)] = limits_of([name]).items()
-                text = stated.in_words(column, units.get(column, ""))
+                text = stated.in_words(column, units.get(column, ""), table.decimal)
         texts.append(text)
     return texts
 
@@ -204,7 +204,8 @@ def none_left_reason(table: TestTable) -> str:
             fact = f"none of them has a value of {name}"
             if np.isfinite(nearest):
                 # Such a limit lets it in.
-                text = rounded_text(nearest, values, nearest > limit.upper, 4)
+                is_up = nearest > limit.upper
+                text = rounded_text(nearest, values, is_up, 4, 0, table.decimal)
                 fact = f"the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
             remedy += f"; {fact}"
     else:

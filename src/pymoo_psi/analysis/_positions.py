@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, number, percent
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Entries, Names
 from pymoo_psi.analysis._costs import limit_words
 from pymoo_psi.pareto import (
@@ -52,7 +52,9 @@ def positions_frame(table: TestTable) -> pd.DataFrame:
         # As they are: the table may have other columns or texts now.
         under = written_limits(limits_of(position["limits"]), table.schema.units)
         for word, key in (("weights", "weights"), ("aspirations", "aspiration")):
-            texts = [f"{name} {number(value)}" for name, value in position[key].items()]
+            texts = []
+            for name, value in position[key].items():
+                texts.append(f"{name} {number(value, mark=table.decimal)}")
             if texts:
                 under.append(f"{word}: {', '.join(texts)}")
         row = {
@@ -82,7 +84,7 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
         value = table.column(columns[k])[row]
         limit = table.limits.get(columns[k])
         if isinstance(value, float):
-            value = text_beyond(value, limit)
+            value = text_beyond(value, limit, table.decimal)
         value = f"{value} {table.schema.units.get(columns[k], '')}".strip()
         texts[columns[k]] = f"{words[k]} ({value})"
     return texts
@@ -96,17 +98,16 @@ def _words_beyond(table: TestTable, name: str) -> str:
     return f"beyond {listed([*texts.values()])}"
 
 
-def text_beyond(value: float, limit: Limit | None) -> str:
+def text_beyond(value: float, limit: Limit | None, mark: str) -> str:
     """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
 
     What is written of 4.000001 with five digits would be within a limit of 4.
     """
     for digits in range(_DIGITS, _ALL_DIGITS + 1):
-        with decimal_mark("."):
-            written = float("".join(number(value, digits).split()))  # thousands are apart
+        written = float("".join(number(value, digits).split()))  # thousands are apart
         if limit is None or not limit.lower <= written <= limit.upper:
             break
-    return number(value, digits)
+    return number(value, digits, mark=mark)
 
 
 def position_sentences(table: TestTable) -> list[str]:
@@ -233,12 +234,12 @@ def _least_regret(
     who, objective = np.argwhere(losses[best] >= greatest[best] - _TIE)[0]
     rest = ""
     if others:
-        rest = sentence("others regret", share=percent(greatest[others[0]]))
+        rest = sentence("others regret", share=percent(greatest[others[0]], table.decimal))
     return sentence(
         "least regret",
         design=design,
         name=positions[who]["name"],
-        share=percent(greatest[best]),
+        share=percent(greatest[best], table.decimal),
         objective=table.schema.objectives[objective],
         others=rest,
     )

@@ -251,8 +251,8 @@ def confidence_sentences(table: TestTable, row: int) -> list[str]:
     text = sentence(
         "confidence",
         design=str(chances.name),
-        best=percent(chances["best"]),
-        near=percent(chances["near_best"]),
-        pareto=percent(chances["pareto"]),
+        best=percent(chances["best"], table.decimal),
+        near=percent(chances["near_best"], table.decimal),
+        pareto=percent(chances["pareto"], table.decimal),
     )
     return [text]

@@ -316,6 +316,7 @@ def convergence(table: TestTable) -> pd.DataFrame:
     steps["moved"] = np.abs(moves).max(axis=1)
     if not scale.line.any():  # one design is the best in every objective
         steps[["hypervolume", "mu1", "moved"]] = np.nan
+    steps.attrs["decimal"] = table.decimal
     return steps
 
 
@@ -336,6 +337,7 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
     """
     n = steps.index[-1]
     last = steps.iloc[-1]
+    mark = steps.attrs.get("decimal", ".")
     if len(steps) < 2 or not steps["optimum"].iloc[-2]:
         return (
             f"Too few tests to tell: {last['feasible']:.0f} of {n} are within the limits; "
@@ -353,17 +355,16 @@ def convergence_sentence(steps: pd.DataFrame) -> str:
             change = "nothing"
         return f"{doubling} changed {change}. {unknown}"
     nearer = max(0.0, before["mu1"] - last["mu1"]) / (before["mu1"] or 1.0)
-    share = before["hypervolume"]
     mattered = "hardly mattered"
-    if max(nearer, 1 - share - 2 * before["hypervolume_error"]) > _WORTH:
+    if max(nearer, 1 - before["hypervolume"] - 2 * before["hypervolume_error"]) > _WORTH:
         mattered = "still mattered"
     proposal = "stayed the same"
     if last["moved"] > 0:
-        moved = percent(last["moved"])
-        proposal = (
-            f"came {percent(nearer)} nearer to the best values and moved by {moved} of a range"
-        )
+        moved = percent(last["moved"], mark)
+        came = percent(nearer, mark)
+        proposal = f"came {came} nearer to the best values and moved by {moved} of a range"
+    share_before = percent(before["hypervolume"], mark)
     return (
-        f"{doubling} {mattered}: the proposal {proposal}; the hypervolume was {percent(share)} of "
+        f"{doubling} {mattered}: the proposal {proposal}; the hypervolume was {share_before} of "
         f"its present value before. {unknown}"
     )

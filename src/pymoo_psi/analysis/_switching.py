@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, decimals_as_given, number
+from pymoo_psi._numbers import decimals_as_given, number
 from pymoo_psi._validation import Array, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -247,22 +247,21 @@ def switching_sentences(table: TestTable) -> list[str]:
         return []
     sentences = []
     values = switching_values(table).dropna(subset="value").to_dict("records")
-    with decimal_mark(table.decimal):
-        for direction in ("tighter", "looser"):
-            changes = []
-            best = []
-            for row in values:
-                if row["direction"] != direction:
-                    continue
-                if is_best(row):
-                    best.append(row["column"])
-                else:
-                    changes.append(change_text(table, row))
-            if best:
-                condition = sentence("better", objectives=with_article(listed(best, "or")))
-                changes.append(f"{condition}, {sentence('none')}")
-            if changes:
-                sentences.append(sentence(direction, changes="; ".join(changes)))
+    for direction in ("tighter", "looser"):
+        changes = []
+        best = []
+        for row in values:
+            if row["direction"] != direction:
+                continue
+            if is_best(row):
+                best.append(row["column"])
+            else:
+                changes.append(change_text(table, row))
+        if best:
+            condition = sentence("better", objectives=with_article(listed(best, "or")))
+            changes.append(f"{condition}, {sentence('none')}")
+        if changes:
+            sentences.append(sentence(direction, changes="; ".join(changes)))
     return sentences
 
 
@@ -299,12 +298,12 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> 
     if row["direction"] == "looser":
         tests = _without_end(table, column, row["end"])
     cells = tests.column(column)[tests.feasible()].astype(np.float64)
-    text = rounded_text(row["value"], cells, is_up, digits, decimals)
+    text = rounded_text(row["value"], cells, is_up, digits, decimals, table.decimal)
     return f"{text} {table.schema.units.get(column, '')}".strip()
 
 
 def rounded_text(
-    value: float, cells: Array, is_up: bool, least_digits: int, decimals: int = 0
+    value: float, cells: Array, is_up: bool, least_digits: int, decimals: int, mark: str
 ) -> str:
     """Return a value rounded up or down, with more digits where designs lie between.
 
@@ -316,10 +315,11 @@ def rounded_text(
         is_up: Whether it is rounded up.
         least_digits: The least digits.
         decimals: The least decimals.
+        mark: The decimal mark.
     """
     safe = f"{value:.{_SAFE_DIGITS}g}"  # 9.799999999999999 is 9.8
     if "e" not in safe and len(safe.partition(".")[2]) <= _AS_GIVEN:
-        return number(float(safe), _SAFE_DIGITS, decimals)
+        return number(float(safe), _SAFE_DIGITS, decimals, mark=mark)
     others = cells[cells != value]
     rounded = value
     for digits in range(least_digits, _ALL_DIGITS + 1):
@@ -328,4 +328,4 @@ def rounded_text(
         rounded = float(context.create_decimal(text))
         if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
             break
-    return number(rounded, digits, decimals)
+    return number(rounded, digits, decimals, mark=mark)

@@ -86,7 +86,9 @@ def print_text(text: str) -> None:
         print(printable(text), flush=True)
 
 
-def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys: int = 1) -> None:
+def print_columns(
+    named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys: int = 1, mark: str = "."
+) -> None:
     """Print columns with numbers in 4 digits and blanks for missing values.
 
     Texts are cut to half of the width. The columns of a table that is too wide continue below.
@@ -95,10 +97,11 @@ def print_columns(named: Iterable[tuple[Any, Iterable[Any]]], title: str, n_keys
         named: The heading of each column and its values.
         title: What is above them.
         n_keys: How many columns name a row; they are repeated where the table continues.
+        mark: The decimal mark.
     """
     columns = []
     for name, values in named:
-        texts = [_cell(name), *map(_cell, values)]
+        texts = [_cell(value, mark) for value in (name, *values)]
         is_text = not any(map(_NUMBER.match, texts[1:]))
         columns.append(_aligned(texts, left=is_text))
     if not columns[0][1:]:
@@ -121,12 +124,12 @@ def _rows(columns: list[list[str]]) -> list[str]:
     return [_GAP.join(row) for row in zip(*columns, strict=True)]
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, mark: str) -> str:
     if not isinstance(value, float):
         return shortened(_one_line(value), (text_width() - len(_GAP)) // 2)
     if math.isnan(value):
         return ""
-    return number(value)
+    return number(value, mark=mark)
 
 
 # The ranking
@@ -252,7 +255,10 @@ def _formats(ranking: EfficiencyRanking) -> dict[Any, NumberFormat]:
     """Return by name how the objectives are written."""
     front = ranking.objectives.minimized[ranking.pareto]
     written = np.vstack([front, ranking.frame.ideal, ranking.frame.nadir])
-    formats = enough_digits(front, list(map(NumberFormat.of, written.T, front.T)))
+    formats = []
+    for values, near in zip(written.T, front.T, strict=True):
+        formats.append(NumberFormat.of(values, near, ranking.objectives.decimal))
+    formats = enough_digits(front, formats)
     return dict(zip(ranking.objectives.names, formats, strict=True))
 
 
@@ -323,7 +329,8 @@ def _values(why: Explanation, table: TestTable, names: Names) -> str:
         cells = table.column(name)[ranking.rows]
         text: Callable[[Any], str] = str
         if cells.dtype.kind in "fi":
-            text = formats.get(name, NumberFormat.of(cells[ranking.pareto])).text
+            own = NumberFormat.of(cells[ranking.pareto], mark=table.decimal)
+            text = formats.get(name, own).text
         texts.append(f"{name} {text(cells[why.row])} {table.schema.units.get(name, '')}".strip())
     if len(names) > _MOST_NAMED:
         texts.append("…")

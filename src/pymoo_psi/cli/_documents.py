@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pymoo_psi._names import named_as
-from pymoo_psi._numbers import localized, number
+from pymoo_psi._numbers import number
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.analysis import (
@@ -153,7 +153,7 @@ def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: 
     columns = text_width()
     print_text(wrapped(head, columns))
     ranking = table.feasible_ranking()
-    print_columns(_in_detail(table, ranking), "")
+    print_columns(_in_detail(table, ranking), "", mark=table.decimal)
     if len(ranking.rows) > _N_IN_DETAIL:
         say(f"… {len(ranking.rows) - _N_IN_DETAIL} more: --out FILE.csv")
     why = explain(ranking)
@@ -336,7 +336,8 @@ def _sensitivities(table: TestTable) -> pd.DataFrame:
     texts = shares.map("{:.2f}".format) + " ± " + (indices["upper"] - shares).map("{:.2f}".format)
     title = "First-order sensitivities: the share of the variance that a variable explains alone"
     greatest = shares.groupby(level="variable", sort=False).max()
-    _print_by_variable(texts, greatest.sort_values(ascending=False).index.tolist(), title)
+    variables = greatest.sort_values(ascending=False).index.tolist()
+    _print_by_variable(texts, variables, title, table.decimal)
     return indices
 
 
@@ -350,10 +351,10 @@ def _sections(table: TestTable) -> pd.DataFrame:
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
     texts = ends["min"].map(number) + " … " + ends["max"].map(number)
     title = "Sections through the design: predicted objectives while one variable changes"
-    _print_by_variable(texts, lines["variable"].unique().tolist(), title)
+    _print_by_variable(texts, lines["variable"].unique().tolist(), title, table.decimal)
     errors = lines.groupby("column", sort=False)["error"].first()
-    errors_by_name = ", ".join(f"{column} {number(error, 2)}" for column, error in errors.items())
-    say(f"Errors of prediction, in standard deviations of the tests: {errors_by_name}.")
+    facts = [f"{name} {number(error, 2, mark=table.decimal)}" for name, error in errors.items()]
+    say(f"Errors of prediction, in standard deviations of the tests: {', '.join(facts)}.")
     return lines
 
 
@@ -364,7 +365,7 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     steps = convergence(table)
     frame = steps.drop(columns="hypervolume_error")
     title = "Convergence with the number of tests"
-    print_columns(frame.reset_index().items(), title)
+    print_columns(frame.reset_index().items(), title, mark=table.decimal)
     say(convergence_sentence(steps))
     return frame
 
@@ -393,10 +394,10 @@ def _command_for_more(path: Path, table: TestTable, purpose: Names = ()) -> list
     return ["pymoo-psi", *words]
 
 
-def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
-    """Print texts by column and variable as a table with a row for each of some variables."""
+def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str, mark: str) -> None:
+    """Print numbers by column and variable as a table with a row for each of some variables."""
     columns = texts.index.unique("column").tolist()
-    rows = texts.map(localized).unstack("column").reindex(variables)[columns]
+    rows = texts.str.replace(".", mark).unstack("column").reindex(variables)[columns]
     print_columns(rows.rename_axis("variable").reset_index().head(_N_PRINTED).items(), title)
     if len(rows) > _N_PRINTED:
         say(f"({len(rows) - _N_PRINTED} variables not shown)")

@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from pymoo_psi._numbers import decimal_mark, number
+from pymoo_psi._numbers import number
 from pymoo_psi._validation import Names, Received, invalid
 from pymoo_psi.analysis import counts_sentence, none_left_reason
 from pymoo_psi.cli._app import Options
@@ -111,8 +111,6 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
     require_free_names((*table.schema.objectives, *table.schema.variables))
     if table.decimal == ",":
         require_decimal_points(options.limits, "--limits")
-    # All that the command says of it is written as in the source.
-    click.get_current_context().with_resource(decimal_mark(table.decimal))
     return table
 
 
@@ -187,7 +185,8 @@ def choice_warnings(table: TestTable) -> list[str]:
     for name in table.schema.objectives:
         value = float(table.column(name)[row])
         if name in values and values[name] != value:  # a decision may hold any value
-            changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
+            now = number(value, 6, mark=table.decimal)
+            changes.append(f"{name} was {values[name]} and is {now}")
     if changes:
         return [f"{warning} has changed: {', '.join(changes)}."]
     if not table.feasible()[row]:

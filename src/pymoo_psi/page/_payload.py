@@ -223,7 +223,8 @@ def _formats(tables: Sequence[TestTable], optimal: Mask) -> dict[str, NumberForm
         if values.dtype != object:
             is_log = designs.schema[name].kind is Kind.LOG
             ends = ranges.get(name, [])  # of a fixed range, which is written, too
-            formats[name] = _format(np.append(values, ends), optimal, log=is_log)
+            written = _format(np.append(values, ends), optimal, log=is_log)
+            formats[name] = replace(written, mark=designs.decimal)
     objectives = [name for name in designs.schema.objectives if name in formats]
     longer = enough_digits(designs.F[optimal], [formats[name] for name in objectives])
     return formats | dict(zip(objectives, longer, strict=True))

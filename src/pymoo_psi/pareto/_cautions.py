@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._names import operand
-from pymoo_psi._numbers import decimal_mark, number, percent
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import (
@@ -28,7 +28,6 @@ from pymoo_psi.pareto._dominance import (
 from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
-    decimal_of,
     front_of,
     nearest_of_front,
     rank_of_efficiency,
@@ -167,8 +166,7 @@ def cautions(
         proposed (f2 0.6 lower).
     """
     checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
-    with decimal_mark(decimal_of(F)):
-        return (*checks.of_distances(), *checks.of_weights())
+    return (*checks.of_distances(), *checks.of_weights())
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -241,13 +239,14 @@ class _Checks:
                 continue
             values = column[is_unlike]
             others = column[~is_unlike]
+            write = partial(number, mark=objectives.decimal)
             yield _caution(
                 "suspect",
                 designs=capital(self.names_of(np.flatnonzero(is_unlike))),
                 objective=self.names[j],
-                values=" to ".join(dict.fromkeys([number(values.min()), number(values.max())])),
-                low=number(others.min()),
-                high=number(others.max()),
+                values=" to ".join(dict.fromkeys([write(values.min()), write(values.max())])),
+                low=write(others.min()),
+                high=write(others.max()),
             )
 
     def of_ranges(self) -> Iterator[Caution]:
@@ -317,7 +316,7 @@ class _Checks:
                 f"log_{name}=log10({operand(name)})",
                 objective=name,
                 decades=f"{np.log10(high[j] / low[j]):.0f}",
-                share=percent(crowd[j]),
+                share=percent(crowd[j], objectives.decimal),
                 end=end,
                 other=self.name_of(ranking.salukvadze[0]),
                 optimum=self.name_of(self.best),
@@ -376,11 +375,12 @@ class _Checks:
         kind = "near tie"
         if i in self.optima:
             kind = "tie"
+        farther = self.mu[i] / self.mu[self.best] - 1
         yield _caution(
             kind,
             design=capital(self.name_of(i)),
             optimum=self.name_of(self.best),
-            farther=percent(self.mu[i] / self.mu[self.best] - 1),
+            farther=percent(farther, self.ranking.objectives.decimal),
             change=self.greatest_change(self.steps[i], self.values[i], self.values[self.best]),
         )
 
@@ -477,7 +477,7 @@ class _Checks:
             kind,
             designs=self.names_of(left_out),
             stretched=self.names[times.argmax()],
-            times=number(times.max(), 3),
+            times=number(times.max(), 3, mark=self.ranking.objectives.decimal),
             other=self.ranking.name_of(int(rows[after])),
             change=change,
         )

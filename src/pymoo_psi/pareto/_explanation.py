@@ -11,12 +11,12 @@ greatest loss in another objective, in units of the ranges, is the least.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimal_mark, number, percent
+from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import (
     AnyArray,
     Array,
@@ -31,7 +31,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
-    decimal_of,
     front_of,
     rank_of_efficiency,
     with_units,
@@ -60,7 +59,6 @@ class DesignComparison:
             is better for minimised and maximised objectives.
         shares: ``(k, m)`` the gains as shares of the ranges of the Pareto set; NaN where a design
             differs in an objective in which all Pareto-optimal designs are equal.
-        decimal: The decimal mark of sentences, that of the source; "" for that in force.
 
     Example:
         >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
@@ -72,7 +70,6 @@ class DesignComparison:
     rows: Rows
     gains: Array
     shares: Array
-    decimal: str = ""
 
     def __repr__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
@@ -86,8 +83,7 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1]).sentences
             ('Design 1 against design 0: f2 5 lower. But f1 1 higher.',)
         """
-        with decimal_mark(self.decimal):
-            return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
+        return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
 
     def sentence(self, template: str, k: int, **texts: str) -> str:
         """Return a template about the k-th design compared and the first one, filled.
@@ -168,7 +164,7 @@ class DesignComparison:
         text = self._change(k, j)
         share = abs(self.shares[k, j])
         if within_range(share):
-            text += f" ({percent(share)})"
+            text += f" ({percent(share, self.ranking.objectives.decimal)})"
         return text
 
     def _quantity(self, k: int, j: int) -> str:
@@ -198,10 +194,12 @@ def change_of(ranking: EfficiencyRanking, j: int, change: float) -> str:
 
 def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
     """Return the size of a change of an objective with its unit and the decimals of its values."""
-    unit = ranking.objectives.units.get(ranking.objectives.names[j], "")
+    objectives = ranking.objectives
+    unit = objectives.units.get(objectives.names[j], "")
     if unit == "%":  # "9 %" of a share would be another amount
         unit = "points"
-    return f"{number(abs(change), 3, ranking.decimals[j])} {unit}".strip()
+    size = number(abs(change), 3, ranking.decimals[j], mark=objectives.decimal)
+    return f"{size} {unit}".strip()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -223,7 +221,6 @@ class Explanation:
             is first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
             somewhere better; -1 if the design is Pareto optimal itself.
-        decimal: The decimal mark of the table, "" without one.
         trades: What answers to questions give up for what.
 
     Example:
@@ -239,7 +236,6 @@ class Explanation:
     neighbours: Rows
     steps: DesignComparison
     dominated_by: int
-    decimal: str = ""
     trades: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -274,10 +270,9 @@ class Explanation:
             Design 2: f2 3 lower. But f1 3 higher.
             Design 0: f1 1 lower. But f2 5 higher.
         """
-        with decimal_mark(self.decimal):
-            steps = [self.steps.sentence("step", k) for k in self.step_order()]
-            standing = " ".join(filter(None, [self.standing, self.ties]))
-            return (standing, self.costs, *self.trades, *steps)
+        steps = [self.steps.sentence("step", k) for k in self.step_order()]
+        standing = " ".join(filter(None, [self.standing, self.ties]))
+        return (standing, self.costs, *self.trades, *steps)
 
     @property
     def standing(self) -> str:
@@ -350,7 +345,7 @@ class Explanation:
             texts = {
                 "objective": self.ranking.objectives.names[j],
                 "amount": _amount(self.ranking, j, self.behind[j]),
-                "share": percent(self.shares[j]),
+                "share": percent(self.shares[j], self.ranking.objectives.decimal),
             }
             amount = whole = sentence("bare change", **texts)
             if within_range(self.shares[j]):
@@ -420,7 +415,6 @@ def explain(
         C: yield 10 higher. But cost 3 € higher.
         A: cost 1 € lower. But yield 20 lower.
     """
-    decimal = decimal_of(F)
     trades: tuple[str, ...] = ()
     if source_type(F) == "preferences":
         trades = F.trades(units)
@@ -436,12 +430,10 @@ def explain(
         row = ranked_row("row", row, F, ranking)
     else:
         raise invalid("design", "left out where row is given", design)
-    return _explanation_of(ranking, row, decimal, trades)
+    return _explanation_of(ranking, row, trades)
 
 
-def _explanation_of(
-    ranking: EfficiencyRanking, row: int, decimal: str, trades: tuple[str, ...]
-) -> Explanation:
+def _explanation_of(ranking: EfficiencyRanking, row: int, trades: tuple[str, ...]) -> Explanation:
     """Return :func:`explain` of a row of a ranking."""
     front = np.flatnonzero(ranking.pareto)
     values = _values(ranking, np.append(row, front))
@@ -477,7 +469,6 @@ def _explanation_of(
         neighbours=neighbours,
         steps=_compared(ranking, [row, *others]),
         dominated_by=dominated_by,
-        decimal=decimal,
         trades=trades,
     )
 
@@ -524,7 +515,7 @@ def compare_designs(
         raise invalid("designs", "left out where rows are given", designs)
     if len(ranked) < 2:
         raise invalid("designs", "two designs or more", Received(f"{len(ranked)}"))
-    return replace(_compared(ranking, ranked), decimal=decimal_of(F))
+    return _compared(ranking, ranked)
 
 
 def _least(rows: Rows, *measures: Array) -> Rows:

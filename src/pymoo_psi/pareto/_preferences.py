@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import first_of
-from pymoo_psi._numbers import decimal_mark, percent, percents
+from pymoo_psi._numbers import percent, percents
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
 from pymoo_psi.pareto._acceptability import (
@@ -36,7 +36,7 @@ from pymoo_psi.pareto._acceptability import (
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._explanation import by_size, compare_designs
-from pymoo_psi.pareto._ranking import EfficiencyRanking, decimal_of, rank_of_efficiency, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
 if TYPE_CHECKING:
@@ -82,7 +82,6 @@ class Preferences(Shown):
 
     Attributes:
         ranking: The ranking of the designs.
-        decimal: The decimal mark of a test table, in which sentences write numbers; else empty.
 
     Raises:
         ArgumentValueError: ``F`` does not fit, or another argument is out of its range.
@@ -110,7 +109,6 @@ class Preferences(Shown):
         self.ranking: EfficiencyRanking = rank_of_efficiency(
             F, normalize=normalize, maximize=maximize
         )
-        self.decimal = decimal_of(F)
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
@@ -268,14 +266,13 @@ class Preferences(Shown):
         """
         n_answers = sum(relation != "?" for _, relation, _ in self._answers)
         name = "preferred" if n_answers else "unanswered"
-        with decimal_mark(self.decimal):
-            proposed = sentence(
-                name,
-                design=self.ranking.name_of(self.row),
-                answers=counted(n_answers, "answer"),
-                share=percents(self.shares)[self.row],
-                regret=percent(self.regret),
-            )
+        proposed = sentence(
+            name,
+            design=self.ranking.name_of(self.row),
+            answers=counted(n_answers, "answer"),
+            share=percents(self.shares)[self.row],
+            regret=percent(self.regret, self.ranking.objectives.decimal),
+        )
         texts = [proposed, *self.trades()]
         if self.regret < _ENOUGH:
             texts.append(sentence("enough"))
@@ -300,8 +297,7 @@ class Preferences(Shown):
         for one, relation, other in self._answers:
             pair = compare_designs(ranking, rows=[other, one])
             if relation in _TRADES and pair.gains.min() < 0 < pair.gains.max():
-                with decimal_mark(self.decimal):
-                    better, worse = pair.amounts(1)
+                better, worse = pair.amounts(1)
                 sentences.append(pair.sentence(_TRADES[relation], 1, better=better, worse=worse))
         return tuple(sentences)
 

@@ -203,6 +203,7 @@ class Objectives:
         numbers: The n numbers of the tests of a table, or of the rows of an array, from 0; none if
             a data frame has other labels.
         units: Units by name, those of a table.
+        decimal: The decimal mark of a table, with which sentences and figures write numbers.
     """
 
     values: Array
@@ -211,6 +212,7 @@ class Objectives:
     labels: Any
     numbers: Sequence[int] = ()
     units: Mapping[Any, str] = field(default_factory=dict)
+    decimal: str = "."
 
     @classmethod
     def of(cls, F: Any, maximize: Collection[Any] = ()) -> Objectives:
@@ -298,13 +300,6 @@ class Objectives:
         point = finite_array(name, self.in_order(name, value))
         require_shape(name, point, self.sign.shape)
         return point * self.sign
-
-
-def decimal_of(F: Any) -> str:
-    """Return the decimal mark of sentences about a source; "" if it has none."""
-    if source_type(F) in ("table", "preferences"):
-        return str(F.decimal)
-    return ""
 
 
 def unique_names(names: Iterable[Any], numbers: Sequence[int]) -> list[Any]:

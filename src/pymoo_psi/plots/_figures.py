@@ -178,6 +178,7 @@ def plot_table(
     n = len(tops)
     n_columns = min(n, MATRIX)
     with panels(n * (1 + len(rows)), n_columns, width=width, sharey="row") as (figure, axes):
+        figure.decimal = table.decimal
         for ax, bars in zip(axes, histograms, strict=False):
             _draw_histogram(ax, bars, table)
             label = ""
@@ -218,7 +219,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     ]
     is_variable = bars.variable in table.schema.variables
     if bars.logarithmic:
-        set_log(axes, "x")
+        set_log(axes, "x", table.decimal)
     if feasible.all():
         del groups[1]
     elif not is_variable:
@@ -295,6 +296,7 @@ def plot_objectives(
     if len(pairs) == _PAIRS:
         n_columns = 2
     with panels(len(pairs), n_columns, width=width) as (figure, axes):
+        figure.decimal = table.decimal
         figure.is_divisible = True
         for ax, (first, second) in zip(axes, pairs, strict=True):
             points.draw(ax, first, second, is_detailed=True)
@@ -472,7 +474,7 @@ def _draw_rows(
         if is_log[j]:
             heading += ", log"
         front = column[ranking.pareto]
-        written = NumberFormat.of(np.append(front, ends), front).text
+        written = NumberFormat.of(np.append(front, ends), front, objectives.decimal).text
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         if not word:
             value = ""
@@ -750,7 +752,8 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
     """Return the sections through a design: a row of panels for each column, one for each variable.
 
     Args:
-        sections: From :func:`pymoo_psi.algorithms.sections`, whose ``attrs`` have the units.
+        sections: From :func:`pymoo_psi.algorithms.sections`, whose ``attrs`` have the units and
+            the decimal mark.
         title: Subject of the tests, with which the caption begins.
 
     Example:
@@ -764,6 +767,7 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
     lines: list[Any] = list(sections.groupby(["column", "variable"], sort=False))
     units = sections.attrs.get("units", {})
     with panels(len(lines), n_columns, head=22, height=38.0) as (figure, axes):
+        figure.decimal = sections.attrs.get("decimal", ".")
         firsts: dict[Any, Axes] = {}
         for ax, ((column, variable), line) in zip(axes, lines, strict=True):
             # The same axis for all variables, so that slopes can be compared.

@@ -116,8 +116,9 @@ class Column:
     def set_axis(self, axes: Axes, letter: str) -> None:
         """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
         axes.set(**{f"{letter}lim": self.ends})
+        figure: Any = axes.figure
         if self.log:
-            set_log(axes, letter)
+            set_log(axes, letter, figure.decimal)
         across = {"x": "v", "y": "h"}[letter]
         draw_span = getattr(axes, f"ax{across}span")
         draw_line = getattr(axes, f"ax{across}line")
@@ -128,7 +129,6 @@ class Column:
             if is_dashed:
                 draw_line(limit, color="0.4", ls="--", lw=0.8, zorder=1.5)
                 self._name_limit(axes, letter, limit)
-        figure: Any = axes.figure
         figure.fit(name_axis, axes, letter, self.label, self.options, self.sign)
 
     def _name_limit(self, axes: Axes, letter: str, limit: float) -> None:
@@ -136,7 +136,9 @@ class Column:
 
         On a line so near the upper end that it has no room there, it is below the line.
         """
-        text = literal(f"limit {raised(number(limit))} {self.unit}")
+        figure: Any = axes.figure
+        value = raised(number(limit, mark=figure.decimal))
+        text = literal(f"limit {value} {self.unit}")
         if letter == "x":
             axes.annotate(text, (limit, 1), (0, 2), ABOVE, ha="center", va="bottom", **NOTE)
             return

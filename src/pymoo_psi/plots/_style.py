@@ -13,6 +13,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO, StringIO
 from itertools import cycle, product
 from pathlib import Path
@@ -166,12 +167,14 @@ class Drawing(Figure):
         placed: Functions that place names when the figure is drawn, each with its arguments.
         fitted: Functions of what follows from the width, each with its arguments; see :meth:`fit`.
         is_divisible: Whether its panels can be arranged in fewer columns.
+        decimal: The decimal mark of its numbers.
     """
 
     caption: str = ""
     placed: tuple[tuple[Any, ...], ...] = ()
     fitted: tuple[tuple[Any, ...], ...] = ()
     is_divisible = False
+    decimal = "."
 
     def draw(self, renderer: RendererBase) -> None:
         """Draw the figure, its names where there is room in its present size."""
@@ -323,7 +326,7 @@ def name_axis(
     elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
         least = min(n_ticks, _LEAST_TICKS)
         axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least))
-        axis.set_major_formatter(_Ticks())
+        axis.set_major_formatter(_Ticks(figure.decimal))
     else:
         factors = [1.0, 2.0, 5.0] if high < 100 * low else [1.0]
         axis.get_major_locator().set_params(subs=factors, numticks=n_ticks + 1)
@@ -350,14 +353,18 @@ def head_axes(axes: Axes) -> None:
 
 
 class _Ticks(ScalarFormatter):
-    """Numbers at ticks, in one format."""
+    """Numbers at ticks, in one format, with a decimal mark."""
+
+    def __init__(self, mark: str) -> None:
+        super().__init__()
+        self.mark = mark
 
     def format_ticks(self, values: list[float]) -> list[str]:
         """Return the numbers at all ticks."""
-        written = NumberFormat.of(values)
-        text = written.text
+        written = NumberFormat.of(values, mark=self.mark)
+        text: Callable[[float], str] = written.text
         if written.has_powers:  # ticks are round numbers
-            text = number
+            text = partial(number, mark=self.mark)
         return [raised(text(value)) for value in values]
 
 
@@ -577,25 +584,26 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def set_log(axes: Axes, letter: str) -> None:
+def set_log(axes: Axes, letter: str, mark: str = ".") -> None:
     """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small.
 
     Args:
         axes: The axes.
         letter: Which axis.
+        mark: The decimal mark.
     """
     axes.set(**{f"{letter}scale": "log"})
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: tick(value, axis.get_view_interval()))
+    axis.set_major_formatter(lambda value, _: tick(value, axis.get_view_interval(), mark))
 
 
-def tick(value: float, ends: Iterable[float]) -> str:
+def tick(value: float, ends: Iterable[float], mark: str = ".") -> str:
     """Return a number at a tick of a logarithmic axis: as a power of ten if its ends need it."""
     low, high = sorted(ends)
     if low >= 1e-3 and high <= 1e5:
-        return number(value)
+        return number(value, mark=mark)
     return raised(NumberFormat(0, has_powers=True).text(value))
 
 

@@ -163,13 +163,14 @@ class Choice:
             places, is_log = plots.places_in_row(self.ranking, j, shown)
             write = self.formats[name].text
             (value, place), *others = zip(map(write, marks), places.tolist(), strict=False)
-            behind = percent(self.explanation.shares[j])
+            behind = percent(self.explanation.shares[j], self.table.decimal)
             if not within_range(self.explanation.shares[j]):
                 behind = self.amount(name, self.explanation.behind[j])
             error = ""
             if has_errors(self.table):
                 errors = self.table.column(error_column(name))
-                error = number(errors[self.ranking.rows[self.row]], 2)
+                error = errors[self.ranking.rows[self.row]]
+                error = number(error, 2, mark=self.table.decimal)
             # Of places on an axis those that can be told apart, but for that of the design.
             ticks = {*np.round(_TICKS * np.clip(places[len(marks) :], 0.0, 1.0)).tolist()}
             yield {
@@ -304,7 +305,7 @@ class Choice:
         rows = []
         for name in (*schema.variables, *schema.outputs, *schema.notes):
             value = self.table.column(name)[row]
-            text = _cell(value)
+            text = _cell(value, self.table.decimal)
             if name in self.formats:
                 text = self.formats[name].text(float(value))
             if name not in left_out and text not in ("", "—", "None"):
@@ -324,7 +325,7 @@ class Choice:
             columns.append((self.ranking.name_of(row), [place, share, *texts]))
         up = Context(prec=3, rounding=ROUND_CEILING)
         radius = up.create_decimal(f"{few.radius:.12g}")  # but for rounding errors
-        return _frame(columns), number(float(radius), 3)
+        return _frame(columns), number(float(radius), 3, mark=self.table.decimal)
 
 
 def _frame(columns: list[tuple[str, Sequence[str]]]) -> pd.DataFrame:
@@ -388,7 +389,7 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     value = table.column(name)[excess.argmin()]
     nearest = str(value)
     if isinstance(value, float):
-        nearest = text_beyond(value, limit)
+        nearest = text_beyond(value, limit, table.decimal)
     return f"The nearest value is {_with_unit(table, name, nearest)}."
 
 
@@ -428,13 +429,13 @@ def _with_unit(table: TestTable, name: str, text: str) -> str:
     return f"{text}\N{NO-BREAK SPACE}{unit}".strip()
 
 
-def _cell(value: Any) -> str:
-    """Return a value as a report shows it: numbers with five digits."""
+def _cell(value: Any, mark: str) -> str:
+    """Return a value as a report shows it: numbers with five digits and a decimal mark."""
     if not isinstance(value, float):
         return str(value)
     if not np.isfinite(value):
         return "—"
-    return number(value, 5)
+    return number(value, 5, mark=mark)
 
 
 # The tests: how many there are, why they failed or are incomplete, whether more would help

@@ -9,7 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import __version__, analysis, pareto, plots
-from pymoo_psi._numbers import decimal_mark, number
+from pymoo_psi._numbers import number
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Names, collection, counted
 from pymoo_psi.files import read_table
@@ -80,20 +80,19 @@ class DecisionReport(Document):
             lstrip_blocks=True,
         )
         environment.filters |= {"grid": _contents.grid, "image": _contents.image}
-        with decimal_mark(table.decimal):
-            return environment.get_template("report.html").render(
-                report=self,
-                fonts=fonts(),
-                data=table,
-                contents=_contents,
-                choice=self._choice,
-                analysis=analysis,
-                pareto=pareto,
-                version=__version__,
-                counted=counted,
-                number=number,
-                plots=plots,
-            )
+        return environment.get_template("report.html").render(
+            report=self,
+            fonts=fonts(),
+            data=table,
+            contents=_contents,
+            choice=self._choice,
+            analysis=analysis,
+            pareto=pareto,
+            version=__version__,
+            counted=counted,
+            number=number,
+            plots=plots,
+        )
 
 
 def decision_report(
@@ -157,6 +156,5 @@ def decision_report(
         table = table.under(replace(table.decision, chosen=chosen, reason=""))
     if not eligible.any():
         return DecisionReport(title, question, about, None, (), table)
-    with decimal_mark(table.decimal):
-        choice = Choice(table, existing_designs(prototype, table))
+    choice = Choice(table, existing_designs(prototype, table))
     return DecisionReport(title, question, about, choice.ranking, choice.cautions, table, choice)

@@ -215,8 +215,8 @@ class Limit(NamedTuple):
             return entry_of(f"{name}<={_digits(self.upper)}")
         return entry_of(f"{_digits(self.lower)}<={name}<={_digits(self.upper)}")
 
-    def in_words(self, name: str, unit: str = "") -> str:
-        """Return it as sentences name it, with the unit of its column.
+    def in_words(self, name: str, unit: str = "", mark: str = ".") -> str:
+        """Return it as sentences name it, with the unit of its column and a decimal mark.
 
         Example:
             >>> Limit(upper=30.0).in_words("mass", "kg"), Limit(0.25, 1.5).in_words("width")
@@ -224,8 +224,8 @@ class Limit(NamedTuple):
             >>> Limit(texts=("tin", "oak")).in_words("material")
             'material = tin or oak'
         """
-        low = number(self.lower, _AS_TYPED)
-        high = number(self.upper, _AS_TYPED)
+        low = number(self.lower, _AS_TYPED, mark=mark)
+        high = number(self.upper, _AS_TYPED, mark=mark)
         if self.texts is not None:
             allowed = f"= {listed(self.texts or ['nothing'], 'or')}"
         elif self.lower == -math.inf:

@@ -575,7 +575,9 @@ class TestTable(View, Shown):
         schema = self.schema
         F = Objectives.of(self.F[rows]).values * schema.sign + 0.0  # no -0.0
         numbers = self.numbers[rows].tolist()
-        objectives = Objectives(F, schema.sign, schema.objectives, labels, numbers, schema.units)
+        objectives = Objectives(
+            F, schema.sign, schema.objectives, labels, numbers, schema.units, self.decimal
+        )
         ends: dict[str, Array] = {}
         if self.fixed_ranges:
             low, high = np.array([self.fixed_ranges[name] for name in schema.objectives]).T
