@@ -101,16 +101,11 @@ def test_recorded_and_tolerant(pair, study_file):
         assert (recorded.table.status == "failed").any()
 
 
-def test_a_wrapper_may_evaluate_in_its_own_way():
-    class Own(WrappedProblem):
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.column_stack([X[:, 0], 1 - X[:, 0]])
-            out["G"] = np.where(X[:, :1] < 0.5, np.nan, 0.0)
-
-    table = investigate(Restricted(Own(model(), elementwise=False), {"x2": 0.5}), 8)
-    np.testing.assert_array_equal(table.status == "failed", table.X[:, 0] < 0.5)
-    tested = table.take(table.status == "ok")
-    np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
+@pytest.mark.parametrize("name", ["_evaluate", "do"])
+def test_a_wrapper_that_evaluates_in_its_own_way_is_refused(name):
+    """A table would not call it."""
+    own = type("Own", (WrappedProblem,), {name: lambda *_: None})
+    refused("Own must be without do and _evaluate .* override values_from", own, model())
 
 
 def scenarios(limit):

@@ -21,7 +21,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems import (
     FailureTolerant,
     Robust,
-    WrappedProblem,
+    Wrapper,
     columns_of_values,
     layers,
     problem_name,
@@ -33,7 +33,7 @@ from pymoo_psi.study import Study
 from pymoo_psi.table import BY_ALGORITHM, TEST, TestTable
 
 
-class Recorded(WithTable, WrappedProblem):
+class Recorded(WithTable, Wrapper):
     """Any pymoo problem, with every evaluation kept in a study and answered from it.
 
     Each evaluated design becomes a test of the study, numbered from 1 in the order of evaluation.

@@ -76,7 +76,7 @@ from pymoo_psi.algorithms import (
 from pymoo_psi.errors import PsiError, StudyMismatchError
 from pymoo_psi.files import table_of
 from pymoo_psi.problems import (
-    WrappedProblem,
+    Wrapper,
     design_space,
     evaluate_designs,
     problem_identity,
@@ -300,7 +300,7 @@ def _file_name(task: Task) -> str:
     return f"{name}.db"
 
 
-class ObservedProblem(WrappedProblem):
+class ObservedProblem(Wrapper):
     """A problem that counts, times and keeps the evaluations of an algorithm within a budget.
 
     As the problem counts, and not the algorithm, the cost means the same for all algorithms. It

@@ -51,7 +51,8 @@ Example:
 
 Public names: the models :class:`SphereChute`, :class:`VectorizedSphereChute`,
 :class:`ProgramProblem`; the wrappers :class:`FailureTolerant`, :class:`Restricted`,
-:class:`LogScaled`, :class:`Required`, :class:`Robust` and their base :class:`WrappedProblem`.
+:class:`LogScaled`, :class:`Required`, :class:`Robust`; and :class:`WrappedProblem`, the base of new
+ones.
 """
 
 from pymoo_psi._names import attach_names

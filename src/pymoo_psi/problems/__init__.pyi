@@ -36,6 +36,7 @@ from ._requirements import requirements_of as requirements_of
 from ._requirements import with_requirements as with_requirements
 from ._requirements import without_requirements as without_requirements
 from ._settings import Output as Output
+from ._wrapped import Wrapper as Wrapper
 from ._wrapped import layers as layers
 from ._wrapped import require_model as require_model
 from ._wrapped import untolerant as untolerant

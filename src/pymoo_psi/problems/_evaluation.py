@@ -30,10 +30,10 @@ from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import (
     WrappedProblem,
-    changes_designs_only,
+    Wrapper,
+    has_same_values,
     require_model,
     untolerant,
-    uses_wrapped_values,
 )
 
 # A call for many designs that raises does not say which of them failed. They are evaluated again
@@ -64,7 +64,7 @@ def evaluate_designs(problem: Any, X: Any, **kwargs: Any) -> Values:
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
         fail; and further values of the model, NaN or None where it gives none.
     """
-    if uses_wrapped_values(problem):
+    if isinstance(problem, WrappedProblem):
         values: Values = problem.values_from(
             X, lambda designs: evaluate_designs(problem.wrapped, designs, **kwargs)
         )
@@ -88,7 +88,7 @@ def streams(problem: Any) -> bool:
     Others are evaluated in batches: by a vectorised model, by a runner that is not ours, or because
     a callback of the problem expects batches.
     """
-    while changes_designs_only(problem):
+    while has_same_values(problem):
         problem = problem.wrapped
     ours = (Runner.__call__, LoopedElementwiseEvaluation.__call__)
     runner = type(problem.elementwise_runner)
@@ -135,7 +135,7 @@ class CheckedFunction:
     def __init__(self, problem: Any, kwargs: Entries, *, seeded: bool = False) -> None:
         self.seeded = seeded
         self.wrappers: list[WrappedProblem] = []
-        while changes_designs_only(problem):
+        while has_same_values(problem):
             self.wrappers.append(problem)
             problem = problem.wrapped
         require_model(problem)
@@ -210,8 +210,7 @@ class CheckedFunction:
     def _stated(self, raw: Entries, n: int) -> AnyArray:
         """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
         reasons = np.full(n, "", dtype=object)
-        is_tolerant = untolerant(self.problem) is not self.problem
-        if isinstance(self.problem, WrappedProblem) and not is_tolerant:
+        if isinstance(self.problem, Wrapper) and self.problem.gives_reasons:
             for i, reason in enumerate(raw.get("failure", ())):
                 if isinstance(reason, str):
                     reasons[i] = reason
@@ -323,7 +322,7 @@ def value_column(values: list[Any] | AnyArray) -> AnyArray:
 # Failed designs in algorithms of pymoo
 
 
-class FailureTolerant(WrappedProblem):
+class FailureTolerant(Wrapper):
     """Any pymoo problem; failed designs become infeasible ones, so that the run continues.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see

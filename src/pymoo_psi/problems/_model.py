@@ -18,7 +18,7 @@ from pymoo_psi._validation import Values, invalid, known_names, name_list
 from pymoo_psi.parallel import Runner
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._pymoo import column_titles, problem_name
-from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
+from pymoo_psi.problems._wrapped import Wrapper, layers, within_same_columns
 from pymoo_psi.table import OUTPUT, Column, Schema, unit_texts
 
 _LONGEST = 1000  # characters of a constant of a model that a study shows
@@ -143,7 +143,7 @@ def _parameters(problem: Any, others: list[str]) -> tuple[Values, Values]:
         The parameters; and the arguments that have their default values, by their paths among the
         parameters, which do not include them.
     """
-    if not isinstance(problem, WrappedProblem):
+    if not isinstance(problem, Wrapper):
         if callable(getattr(problem, "fingerprint", None)):
             return dict(problem.fingerprint()), {}
         return _constants(problem, others)

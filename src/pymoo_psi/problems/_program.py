@@ -51,7 +51,7 @@ from pymoo_psi.problems._settings import (
     section,
     settings_of,
 )
-from pymoo_psi.problems._wrapped import changes_designs_only, require_model, within_same_columns
+from pymoo_psi.problems._wrapped import has_same_values, require_model, within_same_columns
 from pymoo_psi.table import Limit, Schema, unit_texts
 
 if sys.version_info >= (3, 11):
@@ -541,7 +541,7 @@ def known_limits(problem: Any, schema: Schema) -> dict[str, Limit]:
     A table shows them as limits, which can be changed without a test. If the columns of its tests
     have other names or directions than the outputs, they stay constraints.
     """
-    while changes_designs_only(problem) or within_same_columns(problem) is not problem:
+    while has_same_values(problem) or within_same_columns(problem) is not problem:
         problem = problem.wrapped
     if isinstance(problem, ProgramProblem) and problem.has_objectives_of(schema):
         return problem.limits

@@ -32,11 +32,11 @@ from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._model import problem_schema
 from pymoo_psi.problems._pymoo import numbered, problem_name, require_problem
 from pymoo_psi.problems._requirements import requirement_texts, with_requirements
-from pymoo_psi.problems._wrapped import WrappedProblem, untolerant
+from pymoo_psi.problems._wrapped import Wrapper, untolerant
 from pymoo_psi.sequences import lp_tau
 
 
-class Robust(WrappedProblem):
+class Robust(Wrapper):
     """Any pymoo problem, with statistics over scenarios as its objectives.
 
     In each scenario the variables of a design differ from their nominal values within tolerances,
@@ -118,6 +118,7 @@ class Robust(WrappedProblem):
     """
 
     has_named_outputs = False
+    gives_reasons = True
     offsets: Array
     parameters: Array
 

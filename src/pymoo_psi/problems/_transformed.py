@@ -38,6 +38,8 @@ class Transformed(WrappedProblem):
         space: The variables here, in the order of the other problem's.
     """
 
+    same_values = True
+
     def __init__(self, problem: Any, space: DesignSpace) -> None:
         self.space = space
         self._space_within = design_space(problem)

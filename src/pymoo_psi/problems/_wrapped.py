@@ -1,4 +1,4 @@
-"""Wrappers of problems: the protocol that they share, with defaults for all of it."""
+"""Wrappers of problems: what they share, and those whose values come from the wrapped problem."""
 
 from __future__ import annotations
 
@@ -20,22 +20,14 @@ from pymoo_psi.problems._pymoo import (
 Evaluate = Callable[[Any], Values]
 
 
-class WrappedProblem(Problem):
-    """A problem that wraps another one; the base class of all wrappers.
+class Wrapper(Problem):
+    """A problem around another one, which evaluates designs by ``do`` or ``_evaluate`` as in pymoo.
 
-    A wrapper has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that
-    it does not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped
-    problem's. A new wrapper overrides what differs:
+    It has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that it does
+    not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped problem's.
 
-    - ``designs_within(X)`` if the wrapped problem takes other designs. If variables differ in more
-      than their values, an attribute ``space`` is the :class:`DesignSpace` of a table's columns.
-      It wraps ``Required(problem)``, so that requirements of the problem hold for its own designs.
-    - ``values_from(X, evaluate)`` if values differ, or if some designs are not evaluated.
-    - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
-      model; ``out["failure"]`` may give the reasons of failures, empty where there is none.
-    - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
-
-    The rest of the package asks wrappers for nothing else and does not know their classes.
+    The rest of the package knows no classes of wrappers: it asks for the attributes below, and for
+    ``fingerprint()`` if values depend on arguments of the wrapper.
 
     Args:
         problem: The other problem.
@@ -47,32 +39,15 @@ class WrappedProblem(Problem):
             they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
-
-    Example:
-        >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> class Priced(WrappedProblem):
-        ...     def values_from(self, X, evaluate):
-        ...         values = evaluate(X)
-        ...         return values | {"F": values["F"] * 3}
-        >>> chute = VectorizedSphereChute(0.4)
-        >>> bool((investigate(Priced(chute), 64).F == investigate(chute, 64).F * 3).all())
-        True
+        gives_reasons: Whether ``out["failure"]`` has the reasons of failures, empty where there is
+            none.
     """
 
     same_front = False
     same_columns = False
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Make pymoo's ``do`` call a subclass's ``_evaluate``, which would have no effect here."""
-        super().__init_subclass__(**kwargs)
-        if "_evaluate" in vars(cls) and "do" not in vars(cls):
-            cls.do = Problem.do  # type: ignore[method-assign]
+    gives_reasons = False
 
     def __init__(self, problem: Any, **changed: Any) -> None:
-        if uses_wrapped_values(self) and untolerant(problem) is not problem:
-            inner, outer = type(self).__name__, type(problem).__name__
-            rule = "without FailureTolerant, whose failed designs have values"
-            raise invalid("problem", rule, Received(outer), f"say {outer}({inner}(...))")
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
         same = ["n_obj", "n_ieq_constr", "n_eq_constr", "elementwise", "elementwise_runner"]
@@ -94,20 +69,6 @@ class WrappedProblem(Problem):
     def untolerant(self) -> Any:
         """Return the problem without :class:`FailureTolerant`."""
         return self
-
-    def designs_within(self, X: Any) -> Any:
-        """Return designs, or one, as the wrapped problem takes them."""
-        return X
-
-    def values_from(self, X: Any, evaluate: Evaluate) -> Values:
-        """Return the values of designs from those of the wrapped problem.
-
-        Args:
-            X: n designs.
-            evaluate: Returns the wrapped problem's values of designs by name: ``F`` ``(n, m)``,
-                ``G``, ``H`` and others, like :func:`evaluate_designs` or pymoo's ``do``.
-        """
-        return evaluate(self.designs_within(X))
 
     @property
     def elementwise_runner(self) -> Any:
@@ -135,13 +96,6 @@ class WrappedProblem(Problem):
         leave_failed_out(algorithm)
         return super().evaluate(X, **kwargs)
 
-    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
-        """Evaluate designs; pymoo calls this for every batch."""
-        # its evaluate, as its do neither calls its callback nor replaces NaN
-        kwargs |= {"return_values_of": ["F", "G", "H"], "return_as_dictionary": True}
-        evaluate = partial(self.wrapped.evaluate, **kwargs)
-        return self.formatted(X, self.values_from(X, evaluate), return_values_of)
-
     def formatted(self, X: Any, out: Values, return_values_of: Any) -> Values:
         """Return values of designs as pymoo's ``do`` returns them."""
         out = dict.fromkeys(return_values_of) | for_individuals(out)
@@ -154,17 +108,93 @@ class WrappedProblem(Problem):
         return self.wrapped._calc_pareto_set(*args, **kwargs) if self.same_front else None
 
 
+class WrappedProblem(Wrapper):
+    """A problem whose values come from those of another one; the base class of new wrappers.
+
+    It has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that it does
+    not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped problem's. A
+    new wrapper overrides what differs:
+
+    - ``designs_within(X)`` if the wrapped problem takes other designs. If variables differ in more
+      than their values, an attribute ``space`` is the :class:`DesignSpace` of a table's columns.
+      It wraps ``Required(problem)``, so that requirements of the problem hold for its own designs.
+    - ``values_from(X, evaluate)`` if values differ, or if some designs are not evaluated.
+    - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
+
+    Args:
+        problem: The other problem.
+        **changed: Arguments of pymoo's ``Problem`` in which the two differ.
+
+    Attributes:
+        wrapped: The other problem.
+        same_front: Whether the Pareto front and set are those of the wrapped problem; by default
+            they are unknown.
+        same_columns: Whether variables, objectives and outputs in a table are the wrapped
+            problem's, so that expressions between them hold, too.
+        same_values: Whether only designs differ: ``values_from`` is then not called, as workers get
+            the designs within one by one.
+
+    Raises:
+        ArgumentValueError: The other problem is :class:`FailureTolerant`, or the wrapper evaluates
+            designs by ``do`` or ``_evaluate``, which a table would not call.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> class Priced(WrappedProblem):
+        ...     def values_from(self, X, evaluate):
+        ...         values = evaluate(X)
+        ...         return values | {"F": values["F"] * 3}
+        >>> chute = VectorizedSphereChute(0.4)
+        >>> bool((investigate(Priced(chute), 64).F == investigate(chute, 64).F * 3).all())
+        True
+    """
+
+    same_values = False
+
+    def __init__(self, problem: Any, **changed: Any) -> None:
+        kind = type(self)
+        outer = type(problem).__name__
+        if untolerant(problem) is not problem:
+            rule = "without FailureTolerant, whose failed designs have values"
+            raise invalid("problem", rule, Received(outer), f"say {outer}({kind.__name__}(...))")
+        if kind.do is not WrappedProblem.do or kind._evaluate is not Problem._evaluate:
+            rule = "without do and _evaluate of its own"
+            raise invalid(kind.__name__, rule, Received("one of them"), "override values_from")
+        super().__init__(problem, **changed)
+
+    def designs_within(self, X: Any) -> Any:
+        """Return designs, or one, as the wrapped problem takes them."""
+        return X
+
+    def values_from(self, X: Any, evaluate: Evaluate) -> Values:
+        """Return the values of designs from those of the wrapped problem.
+
+        Args:
+            X: n designs.
+            evaluate: Returns the wrapped problem's values of designs by name: ``F`` ``(n, m)``,
+                ``G``, ``H`` and others, like :func:`evaluate_designs` or pymoo's ``do``.
+        """
+        return evaluate(self.designs_within(X))
+
+    def do(self, X: Any, return_values_of: Any, **kwargs: Any) -> Values:
+        """Evaluate designs; pymoo calls this for every batch."""
+        # its evaluate, as its do neither calls its callback nor replaces NaN
+        kwargs |= {"return_values_of": ["F", "G", "H"], "return_as_dictionary": True}
+        evaluate = partial(self.wrapped.evaluate, **kwargs)
+        return self.formatted(X, self.values_from(X, evaluate), return_values_of)
+
+
 def untolerant(problem: Any) -> Any:
     """Return a problem without the ``FailureTolerant`` around it, or in a ``Recorded``.
 
     Tables record failures themselves: there no constraint is to be added for them.
     """
-    return problem.untolerant() if isinstance(problem, WrappedProblem) else problem
+    return problem.untolerant() if isinstance(problem, Wrapper) else problem
 
 
 def layers(problem: Any) -> list[Any]:
     """Return a problem and those within it, the innermost last."""
-    if not isinstance(problem, WrappedProblem):
+    if not isinstance(problem, Wrapper):
         return [problem]
     return [problem, *layers(problem.wrapped)]
 
@@ -183,20 +213,13 @@ def require_model(problem: Any) -> None:
         )
 
 
-def uses_wrapped_values(problem: Any) -> bool:
-    """Whether a problem is a wrapper whose values come from those of the wrapped problem."""
-    return isinstance(problem, WrappedProblem) and type(problem).do is WrappedProblem.do
-
-
-def changes_designs_only(problem: Any) -> bool:
+def has_same_values(problem: Any) -> bool:
     """Whether a problem is a wrapper that has the wrapped problem's values for other designs."""
-    if not uses_wrapped_values(problem):
-        return False
-    return type(problem).values_from is WrappedProblem.values_from
+    return isinstance(problem, WrappedProblem) and problem.same_values
 
 
 def within_same_columns(problem: Any) -> Any:
     """Return the innermost problem that has the columns of a problem, without wrappers of these."""
-    while isinstance(problem, WrappedProblem) and problem.same_columns:
+    while isinstance(problem, Wrapper) and problem.same_columns:
         problem = problem.wrapped
     return problem
