@@ -42,7 +42,6 @@ from ._indicators import pareto_rank as pareto_rank
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
-from ._ranking import front_of as front_of
 from ._ranking import measured_as as measured_as
 from ._ranking import measured_in as measured_in
 from ._ranking import nearest_to_ideal as nearest_to_ideal

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percents
 from pymoo_psi._validation import Array, Integers, Rows, integer, invalid, is_real
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
+from pymoo_psi.pareto._dominance import first_equal
+from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._sentences import sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
@@ -78,18 +78,18 @@ def acceptability(
     require_norm(p, factor)
     places = integer("places", places, minimum=1)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    front, terms, weighted = weighted_terms(ranking)
+    terms, weighted = weighted_terms(ranking)
     n_weights = _N_WEIGHTS
-    if len(front) > _MANY:
+    if len(terms) > _MANY:
         n_weights = _N_WEIGHTS_OF_MANY
     weights = simplex_weights(n_weights, len(weighted), factor)
-    first = first_of(map(bytes, terms))
+    first = first_equal(terms)
     different = np.flatnonzero(first == np.arange(len(first)))
     nearest = different[nearest_designs(terms[np.ix_(different, weighted)], weights, p, places)]
     shares = np.zeros((len(ranking.pareto), places))
     for place, designs in enumerate(nearest.T):
-        counts = np.bincount(designs, minlength=len(front))
-        shares[front, place] = counts[first] / n_weights
+        counts = np.bincount(designs, minlength=len(terms))
+        shares[ranking.front, place] = counts[first] / n_weights
     return shares
 
 
@@ -99,8 +99,7 @@ def weight_shares(ranking: EfficiencyRanking) -> Array:
 
     They are 0 for all designs where there is nothing to weigh.
     """
-    _, values = front_of(ranking)
-    if not 2 <= np.count_nonzero(np.ptp(values, axis=0)) <= _MOST_WEIGHTS:
+    if not 2 <= np.count_nonzero(np.ptp(ranking.optimal, axis=0)) <= _MOST_WEIGHTS:
         return np.zeros(len(ranking.pareto))
     return acceptability(ranking, factor=_FACTOR, places=1)[:, 0]
 
@@ -143,20 +142,19 @@ def require_norm(p: float, factor: float | None) -> None:
         raise invalid("factor", "a number above 1, or None for all weights", factor)
 
 
-def weighted_terms(ranking: EfficiencyRanking) -> tuple[Rows, Array, Rows]:
+def weighted_terms(ranking: EfficiencyRanking) -> tuple[Array, Rows]:
     """Return what weights multiply: distances of the Pareto-optimal designs from the ideal point.
 
     Returns:
-        The Pareto-optimal rows; ``(k, m)`` their distances in each objective, from 0 to 1; and the
-        objectives that have a weight: those that are not equal for all, or the first one.
+        ``(k, m)`` their distances in each objective, from 0 to 1; and the objectives that have a
+        weight: those that are not equal for all, or the first one.
     """
-    front, values = front_of(ranking)
-    terms = np.maximum(ranking.frame.scaled(values), 0.0) + 0.0  # no -0.0
+    terms = np.maximum(ranking.frame.scaled(ranking.optimal), 0.0)
     terms /= terms.max() or 1.0  # no sum overflows
     weighted = np.flatnonzero(np.ptp(terms, axis=0))
     if not len(weighted):
         weighted = np.arange(1)
-    return front, terms, weighted
+    return terms, weighted
 
 
 def simplex_weights(n: int, m: int, factor: float | None) -> Array:

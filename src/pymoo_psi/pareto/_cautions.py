@@ -28,7 +28,6 @@ from pymoo_psi.pareto._dominance import (
 from pymoo_psi.pareto._explanation import change_of
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
-    front_of,
     nearest_of_front,
     rank_of_efficiency,
 )
@@ -196,7 +195,8 @@ class _Checks:
     def __init__(self, ranking: EfficiencyRanking) -> None:
         self.ranking = ranking
         self.names = np.array([str(name) for name in ranking.objectives.names], dtype=object)
-        self.rows, self.values = front_of(ranking)
+        self.rows = ranking.front
+        self.values = ranking.optimal
         low = self.values.min(axis=0)
         high = self.values.max(axis=0)
         self.varying: Mask = np.isfinite(unit_lengths(low, high))
@@ -456,7 +456,7 @@ class _Checks:
             rows: The other rows that may be Pareto optimal without them.
         """
         if self.ranking.pareto[rows].all():  # to filter many once more takes long
-            F = self.values[np.searchsorted(self.rows, rows)]
+            F = self.values.T[:, np.searchsorted(self.rows, rows)].T  # still stored by column
         else:
             F = self.ranking.objectives.minimized.take(rows, axis=0)
             optimal = nondominated(F)

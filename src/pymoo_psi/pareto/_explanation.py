@@ -31,7 +31,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
-    front_of,
     rank_of_efficiency,
     with_units,
 )
@@ -250,8 +249,8 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).best_in
             ['f1']
         """
-        _, values = front_of(self.ranking)  # fixed ranges say nothing of them
-        is_best = (np.ptp(values, axis=0) > 0) & (self.neighbours < 0)
+        # Whatever ranges are fixed.
+        is_best = (np.ptp(self.ranking.optimal, axis=0) > 0) & (self.neighbours < 0)
         return [self.ranking.objectives.names[j] for j in np.flatnonzero(is_best)]
 
     @property
@@ -435,7 +434,7 @@ def explain(
 
 def _explanation_of(ranking: EfficiencyRanking, row: int, trades: tuple[str, ...]) -> Explanation:
     """Return :func:`explain` of a row of a ranking."""
-    front = np.flatnonzero(ranking.pareto)
+    front = ranking.front
     values = _values(ranking, np.append(row, front))
     own = values[:1]
     behind = ranking.frame.behind(own)
@@ -529,7 +528,7 @@ def _least(rows: Rows, *measures: Array) -> Rows:
 @np.errstate(over="ignore", invalid="ignore")
 def _compared(ranking: EfficiencyRanking, rows: Sequence[int]) -> DesignComparison:
     """Return the comparison of one design or more with the first."""
-    values = _values(ranking, np.append(rows, np.flatnonzero(ranking.pareto)))[: len(rows)]
+    values = _values(ranking, np.append(rows, ranking.front))[: len(rows)]
     gains = values[0] - values + 0.0  # no -0.0
     shares = ranking.frame.shares(gains)
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), gains, shares)

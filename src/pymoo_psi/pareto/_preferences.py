@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._kinds import first_of
 from pymoo_psi._numbers import percent, percents
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, counted, invalid
@@ -35,6 +34,7 @@ from pymoo_psi.pareto._acceptability import (
     weighted_terms,
 )
 from pymoo_psi.pareto._cautions import originals
+from pymoo_psi.pareto._dominance import first_equal
 from pymoo_psi.pareto._explanation import by_size, compare_designs
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
@@ -112,7 +112,8 @@ class Preferences(Shown):
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
         self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
-        self._front, terms, weighted = weighted_terms(self.ranking)
+        self._front: Rows = self.ranking.front
+        terms, weighted = weighted_terms(self.ranking)
         terms = terms[:, weighted]
         # The distances from the best values in units of the ranges, of which people see a part.
         self._steps: Array = (terms - terms.min(axis=0)) / np.maximum(np.ptp(terms, axis=0), 1e-300)
@@ -429,7 +430,7 @@ def _best_for_some(terms: Array, weights_by_order: dict[float, Array]) -> Rows:
     best = []
     for order, weights in weights_by_order.items():
         best.append(nearest_designs(terms, weights, order, 1)[:, 0])
-    return np.unique(first_of(map(bytes, terms))[np.concatenate(best)])
+    return np.unique(first_equal(terms)[np.concatenate(best)])
 
 
 _TRADES = {">": "rather", "=": "as good"}  # the templates

@@ -31,7 +31,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -160,7 +160,7 @@ class UtopianFrame:
             # meets another's.
             across = d - (d[:, longest] / (self.line[longest] or 1.0))[:, None] * self.line
             across -= (across @ e)[:, None] * e
-            measured = np.column_stack([self._lengths(d), self._lengths(across), d @ e])
+            measured = np.array([self._lengths(d), self._lengths(across), d @ e]).T
         measured[np.isnan(measured)] = np.inf
         return measured
 
@@ -385,6 +385,10 @@ class EfficiencyRanking(Shown):
             around U: then M6 is empty.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
+        optimal: ``(k, m)`` objectives of the Pareto-optimal rows, minimised, in which values that
+            are equal up to rounding are the same.
+        measured_by: Another ranking with the frame of this one, with whose decimals differences
+            are written; None if both are its own.
 
     Example:
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
@@ -402,6 +406,8 @@ class EfficiencyRanking(Shown):
     salukvadze: Rows
     objectives: Objectives
     rows: Rows
+    optimal: Array
+    measured_by: EfficiencyRanking | None = None
 
     @property
     def lengths(self) -> Array:
@@ -416,9 +422,16 @@ class EfficiencyRanking(Shown):
         return self.frame.lengths
 
     @cached_property
+    def front(self) -> Rows:
+        """``(k,)`` indices of the Pareto-optimal rows."""
+        return np.flatnonzero(self.pareto)
+
+    @cached_property
     def decimals(self) -> list[int]:
         """For each objective the decimals, at most three, of its Pareto-optimal values; else 0."""
-        return [decimals_as_given(values) for values in self.objectives.values[self.pareto].T]
+        if self.measured_by is not None:
+            return self.measured_by.decimals
+        return [decimals_as_given(values) for values in self.objectives.values[self.front].T]
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""
@@ -634,20 +647,22 @@ def ranking_of(
         ideal: As for :func:`rank_of_efficiency`.
         nadir: As for :func:`rank_of_efficiency`.
     """
-    F = objectives.minimized
+    F = np.asfortranarray(objectives.minimized)
     front = np.flatnonzero(pareto)
-    optimal = without_rounding(F.take(front, axis=0))
+    optimal = without_rounding(F[front])
     F[front] = optimal
     frame = _frame(objectives, optimal, normalize, ideal, nadir)
     criteria = frame.measured(F)
-    mu1, mu2, mu3 = map(levels, criteria.take(front, axis=0).T, frame.noise(optimal))
+    mu1, mu2, mu3 = map(levels, criteria[front].T, frame.noise(optimal))
     place = np.zeros(len(F), dtype=np.int64)
     counts = np.bincount(mu1)
     place[front] = 1 + (np.cumsum(counts) - counts)[mu1]
     rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
     salukvadze = front[mu1 == 0]
-    return EfficiencyRanking(criteria, place, rank, pareto, frame, salukvadze, objectives, rows)
+    return EfficiencyRanking(
+        criteria, place, rank, pareto, frame, salukvadze, objectives, rows, optimal
+    )
 
 
 def _frame(
@@ -722,9 +737,7 @@ def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> E
 
 def measured_as(ranking: EfficiencyRanking, other: EfficiencyRanking) -> EfficiencyRanking:
     """Return a ranking for comparisons in the ranges and with the decimals of another one."""
-    ranking = replace(ranking, frame=other.frame)
-    vars(ranking)["decimals"] = other.decimals
-    return ranking
+    return replace(ranking, frame=other.frame, measured_by=other)
 
 
 def measured_in(ranking: EfficiencyRanking) -> str:
@@ -734,16 +747,6 @@ def measured_in(ranking: EfficiencyRanking) -> str:
     if ranking.frame.is_fixed:
         return "Each objective counts by its fixed range"
     return "Each objective counts by its range: best 0, worst 1"
-
-
-@lru_cache(maxsize=1)
-def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:
-    """Return the Pareto-optimal rows, and their objectives, minimised, without rounding noise."""
-    front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives
-    values = without_rounding(objectives.values[front] * objectives.sign)
-    values.setflags(write=False)
-    return front, values
 
 
 def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:

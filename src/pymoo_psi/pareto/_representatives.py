@@ -10,7 +10,7 @@ import numpy as np
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, integer
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
+from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -133,8 +133,8 @@ def representatives(
     """
     k = integer("k", k, minimum=1)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    front, values = front_of(ranking)
-    points = (values - values.min(axis=0)) / ranking.frame.scale
+    front = ranking.front
+    points = (ranking.optimal - ranking.optimal.min(axis=0)) / ranking.frame.scale
     start = np.searchsorted(front, ranking.salukvadze[0])
     size = min(k, len(front))
     chosen, owner, distance = farthest_first(points, [start], size)

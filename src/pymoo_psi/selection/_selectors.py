@@ -33,7 +33,6 @@ from pymoo_psi.pareto import (
     LAST_PLACES,
     EfficiencyRanking,
     Preferences,
-    front_of,
     levels,
     rank_of_efficiency,
     unit_lengths,
@@ -175,14 +174,13 @@ class CompromiseProgramming(RankingSelector):
         self.weights = weights
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        front, F = front_of(ranking)
-        terms = ranking.frame.scaled(F)
-        sizes = ranking.frame.sizes(F)
+        terms = ranking.frame.scaled(ranking.optimal)
+        sizes = ranking.frame.sizes(ranking.optimal)
         measures: _Measures = (partial(_norm, p=self.p),)
         if np.isinf(self.p):
             measures = _LARGEST_THEN_SUM
         weights = _of_sum_one(ranking, self.weights)
-        return _least_weighted(front, terms, sizes, weights, measures)
+        return _least_weighted(ranking.front, terms, sizes, weights, measures)
 
 
 class ReferencePoint(RankingSelector):
@@ -221,11 +219,11 @@ class ReferencePoint(RankingSelector):
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         point = ranking.objectives.turned("point", self.point)
-        front, F = front_of(ranking)
         scale = ranking.frame.scale
-        sizes = np.maximum(ranking.frame.sizes(F), np.abs(point / scale))
+        terms = (ranking.optimal - point) / scale
+        sizes = np.maximum(ranking.frame.sizes(ranking.optimal), np.abs(point / scale))
         weights = _of_sum_one(ranking, self.weights)
-        return _least_weighted(front, (F - point) / scale, sizes, weights, _LARGEST_THEN_SUM)
+        return _least_weighted(ranking.front, terms, sizes, weights, _LARGEST_THEN_SUM)
 
 
 class Preferred(RankingSelector):
@@ -292,14 +290,14 @@ class Knee(RankingSelector):
         super().__init__()
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        front, values = front_of(ranking)
+        values = ranking.optimal
         best = values.min(axis=0)
         lengths = unit_lengths(best, values.max(axis=0))
         scaled = (values - best) / lengths
         bulge = _bulges(scaled[:, np.isfinite(lengths)])
         if bulge.max(initial=0.0) <= _STRAIGHT:
-            return front[:0]
-        return np.asarray(front[levels(-bulge, _STRAIGHT) == 0])
+            return ranking.front[:0]
+        return np.asarray(ranking.front[levels(-bulge, _STRAIGHT) == 0])
 
 
 def compare_selectors(
