@@ -491,6 +491,12 @@ def test_distances_are_from_the_best_of_fixed_ranges_as_they_are_written():
 
 
 @undrawn
+def test_beside_a_single_optimal_design_a_dominated_one_is_at_the_worst_end():
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1, 1], [2, 1]])
+    assert '<i class="dot" style="left: 0%">' in decision_report(table, design=2).html()
+
+
+@undrawn
 def test_a_repeated_test_is_the_design_of_its_first_one():
     """Each design is ranked once; a decision may name any of its tests."""
     table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.1]], [[0, 4], [1, 1], [0, 4]])

@@ -35,7 +35,10 @@ _INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shell
 
 
 Options: TypeAlias = SimpleNamespace
-"""The values of a command's options and arguments by name; None or empty if not given."""
+"""The values of a command's options and arguments by name; None or empty if not given.
+
+Its ``context`` is that of click: which of them were typed, and the words that are none of them.
+"""
 
 
 def path_in(text: str | Path) -> Path:
@@ -191,7 +194,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], No
 
         def callback(**values: Any) -> int:
             run = getattr(import_module(f"pymoo_psi.cli.{module}"), f"run_{name}")
-            return int(run(Options(**values)))
+            return int(run(Options(**values, context=click.get_current_context())))
 
         text, examples = _help(function)
         command = click.Command(name, callback=callback, params=[*params], help=text)

@@ -47,7 +47,6 @@ from pymoo_psi.cli._console import (
 )
 from pymoo_psi.cli._source import (
     choice_warnings,
-    decision_in,
     decision_remarks,
     opened,
     opened_by_options,
@@ -138,7 +137,7 @@ def run_rank(options: Options) -> int:
     if table.decision.positions:  # without any, pandas is not needed
         notes += position_sentences(table)
     separation = separation_sentences(table)
-    following = command("pymoo-psi", "page", str(path), *typed_options(OF_SOURCE))
+    following = command("pymoo-psi", "page", str(path), *typed_options(options, OF_SOURCE))
     if options.long:
         _say_all(table, cautions, head, [*notes, *separation])
         say_next(following)
@@ -283,8 +282,8 @@ def run_report(options: Options) -> int:
         about=[origin, *remarks],
         prototype=_existing(options, table),
     )
-    words = ["pymoo-psi", "report", str(path), *typed_options([*vars(options)])]
-    more = _command_for_more(path, table, typed_options(OF_FORMULATION))
+    words = ["pymoo-psi", "report", str(path), *typed_options(options, [*vars(options)])]
+    more = _command_for_more(path, table, typed_options(options, OF_FORMULATION))
     made, further = ["\n".join(continued(command(*line))) for line in (words, more)]
     replace(report, command=made, further=further).save(out)
     say_source(table)
@@ -295,7 +294,7 @@ def run_report(options: Options) -> int:
 def run_analyze(options: Options) -> int:
     """Print sensitivities, sections and convergence; write tables and figures."""
     path = options.file
-    table = opened(path, options, decision_in(options))
+    table = opened(path, options)
     if not table.schema.variables:
         raise invalid("--variables", "given, as no column is named x1, x2, …", Received("none"))
     if options.out is not None:
@@ -418,8 +417,9 @@ def run_export(options: Options) -> int:
     files = [path_in(source) for source in options.sources]
     out = options.out
     require_output(out, suffixes_for("tests"), *files)
-    options.average_by = options.average_by or False  # every test of a study, no means
-    tables = [opened(path, options, decision_in(options)) for path in files]
+    # Every test of a study, no means.
+    options = Options(**vars(options) | {"average_by": options.average_by or False})
+    tables = [opened(path, options) for path in files]
     try:
         table = reduce(TestTable.merge, tables)
     except PsiError as error:

@@ -41,7 +41,7 @@ _TITLES = {
 
 def run_compare(options: Options) -> int:
     """Compare algorithms, write all results to a folder, print the medians and the tests."""
-    problem = load_problem(options.problem)
+    problem = load_problem(options)
     name = problem_name(problem)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)

@@ -15,7 +15,7 @@ from pymoo_psi._names import named_as
 from pymoo_psi._validation import Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_columns, require_output, say
-from pymoo_psi.cli._source import decision_in, opened, require_feasible, say_source
+from pymoo_psi.cli._source import opened, require_feasible, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
@@ -33,7 +33,7 @@ def run_prefer(options: Options) -> int:
     """Ask which of two designs a person would rather have, and propose one."""
     out = options.out
     _require_file(out, options)
-    table = opened(options.file, options, decision_in(options))
+    table = opened(options.file, options)
     require_feasible(options.file, table)
     former = _former_position(table.decision, options.person)
     person, foreign = _person_of(table, former["answers"])

@@ -57,21 +57,22 @@ _PAUSE = 0.3  # seconds between two looks whether workers have joined
 
 
 def load_problem(
-    name: str,
+    options: Options,
     timeout: float | None = None,
     *,
     bounds: Names = (),
     log: Names = (),
     noisy: bool = False,
 ) -> Problem:
-    """Return the problem of a name.
+    """Return the problem of the argument PROBLEM.
 
-    Options that the running command does not have are arguments of the problem.
+    That is ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
+    ``module:attribute`` where the attribute is a problem, or a class or function that returns one.
+    The working directory is searched for the module first. Options that the command does not have
+    are arguments of the problem.
 
     Args:
-        name: ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
-            ``module:attribute`` where the attribute is a problem, or a class or function that
-            returns one. The working directory is searched for the module first.
+        options: The options of the command.
         timeout: Seconds allowed for a design, if limited; a program keeps this limit itself.
         bounds: Entries of ``--bounds``, narrower ones.
         log: Variables on a logarithmic scale; by default those that the problem names.
@@ -80,14 +81,14 @@ def load_problem(
     Raises:
         PsiError: There is no such problem, or it cannot be constructed.
     """
+    name = options.problem
     source = _source(name)
     if timeout is not None:
         positive_number("--timeout", timeout)
         if name.endswith(".toml") and not source.by_people:
             # The program's own limit, so that its folder is kept and named in the reason.
             source.program = replace(source.program, timeout=timeout)
-    words = _command_words(name)  # before click has consumed the arguments of the problem
-    problem = _construct(name, source)
+    problem = _construct(options, source)
     if problem.n_var < 1:  # pymoo's -1 if a problem gives none
         raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
     if log:
@@ -97,16 +98,17 @@ def load_problem(
             rule = "left out for a problem that is called for many designs at once"
             raise invalid("--noisy", rule, Received(name), "make it an ElementwiseProblem")
         problem.noisy = True
-    layers(problem)[-1].command_words = words
+    layers(problem)[-1].command_words = _command_words(options)
     if not bounds:
         return problem
     return Restricted(problem, _bounds_in(bounds, problem))
 
 
-def _command_words(name: str) -> str:
-    """Return the running command, without what may differ when its run is continued."""
-    context = click.get_current_context()
-    return shlex.join([str(context.info_name), name, *context.args, *typed_options(_OF_RUN)])
+def _command_words(options: Options) -> str:
+    """Return the command, without what may differ when its run is continued."""
+    context = options.context
+    words = [str(context.info_name), options.problem, *context.args]
+    return shlex.join([*words, *typed_options(options, _OF_RUN)])
 
 
 def _source(name: str) -> Any:
@@ -162,15 +164,15 @@ def _attribute(name: str, argument: str, rule: str) -> Any:
         raise invalid(argument, rule, name, remedy) from error
 
 
-def _construct(name: str, source: Any) -> Problem:
+def _construct(options: Options, source: Any) -> Problem:
     """Return the problem that a class or function returns, or the problem itself.
 
     Args:
-        name: The argument PROBLEM.
+        options: The options of the command.
         source: The class, function or problem.
     """
     if isinstance(source, Problem):
-        _arguments(name, [])  # it has none: any is refused
+        _arguments(options, [])  # it has none: any is refused
         return source
     remedy = _REMEDY
     try:
@@ -178,28 +180,30 @@ def _construct(name: str, source: Any) -> Problem:
         names = [parameter.name for parameter in parameters if parameter.kind in _NAMED]
         if names:
             remedy = f"its arguments: {', '.join(names)}"
-        problem = source(**_arguments(name, names))
+        problem = source(**_arguments(options, names))
         problem_name(problem)  # a method of pymoo, which may raise
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
         reason = f"{type(error).__name__}: {error}; {remedy}"
-        raise invalid("PROBLEM", "one that can be constructed", name, reason) from error
-    return instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
+        rule = "one that can be constructed"
+        raise invalid("PROBLEM", rule, options.problem, reason) from error
+    return instance(f"PROBLEM {options.problem}", problem, Problem, _REMEDY)
 
 
-def _arguments(problem: str, names: Names) -> Values:
+def _arguments(options: Options, names: Names) -> Values:
     """Return the arguments of a problem by name from the options that the command does not have."""
-    context = click.get_current_context()
+    problem = options.problem
+    context = options.context
     # With the command's own options click can suggest one of them for a misspelt name.
     own = [param for param in context.command.params if not param.required]
-    options = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
-    parser = click.Command(problem, params=[*own, *options])
+    further = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
+    parser = click.Command(problem, params=[*own, *further])
     try:
-        texts = parser.make_context(problem, context.args).params
+        texts = parser.make_context(problem, [*context.args]).params
     except click.UsageError as error:
         message = error.format_message().rstrip(".")
-        listed = ", ".join(option.opts[0] for option in options) or "none"
+        listed = ", ".join(option.opts[0] for option in further) or "none"
         raise PsiError(f"{message}; arguments of {problem}: {listed}") from None
     arguments = {}
     for name in names:
@@ -343,12 +347,12 @@ def write_example(name: str) -> int:
     return 0
 
 
-def try_program(name: str, problem: Any) -> int:
+def try_program(problem: Any, options: Options) -> int:
     """Run a program once, for a design in the middle of the bounds, and print what it gives.
 
     Args:
-        name: The argument PROBLEM, a TOML file.
         problem: The problem of the program.
+        options: The options of the command.
 
     Returns:
         0, or 1 if something is wrong.
@@ -370,10 +374,9 @@ def try_program(name: str, problem: Any) -> int:
     if run.flaws:
         return 1
     say("Nothing is wrong.")
-    context = click.get_current_context()
-    words = [word for word in context.obj if word != "--try"]
-    if context.params["study"] is None:
-        words += ["--study", f"{Path(name).stem}.db"]
+    words = [word for word in options.context.obj if word != "--try"]
+    if options.study is None:
+        words += ["--study", f"{Path(options.problem).stem}.db"]
     say_next(command("pymoo-psi", *words))
     return 0
 

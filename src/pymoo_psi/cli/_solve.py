@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-import click
 import numpy as np
 from pymoo.core.problem import Problem
 
@@ -115,7 +114,7 @@ def run_solve(options: Options) -> int:
         return write_example(options.problem)
     n_points, settings = _settings(options)  # before a user's model is imported
     problem = load_problem(
-        options.problem,
+        options,
         options.timeout,
         bounds=options.bounds,
         log=options.log,
@@ -123,7 +122,7 @@ def run_solve(options: Options) -> int:
     )
     require_model(problem)
     if options.trial:
-        return try_program(options.problem, problem)
+        return try_program(problem, options)
     out = options.out
     if out is not None:
         inputs = (options.study, options.decision, options.source)
@@ -151,7 +150,7 @@ def _settings(options: Options) -> tuple[int, RunOptions]:
     settings = _run_options(options)
     algorithm = options.algorithm
     for algorithms, names, remedy in _USED_BY:
-        words = typed_options(names)
+        words = typed_options(options, names)
         if words and algorithm not in algorithms:
             rule = f"{' or '.join(algorithms)} if {words[0]} is given"
             raise invalid("--algorithm", rule, algorithm, remedy)
@@ -161,7 +160,7 @@ def _settings(options: Options) -> tuple[int, RunOptions]:
     n_points, more = options.points or (default, False)
     if more and algorithm == "nsga3":
         raise invalid("--algorithm", "psi or surrogate for --points +N", algorithm)
-    words = typed_options(_OF_STUDY)
+    words = typed_options(options, _OF_STUDY)
     if words and options.study is None:
         raise invalid(words[0], "used with --study", Received("no --study"))
     return n_points, replace(settings, more=more)
@@ -342,8 +341,7 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     source = _source_of(options)
     following = command("pymoo-psi", "page", *source)
     if options.study is None and options.out is None:
-        typed = click.get_current_context().obj
-        first, *others = command("pymoo-psi", *typed, "--study", source[0])
+        first, *others = command("pymoo-psi", *options.context.obj, "--study", source[0])
         following = [f"keep every test by {first}", *others]
     say_ranking(
         table,
@@ -360,7 +358,7 @@ def _source_of(options: Options) -> list[str]:
     """Return the words by which other commands open the result: a study keeps no formulation."""
     if options.study is None and options.out is not None:
         return [str(options.out)]
-    return [str(options.study or "FILE.db"), *typed_options(OF_FORMULATION)]
+    return [str(options.study or "FILE.db"), *typed_options(options, OF_FORMULATION)]
 
 
 def _added(result: Result, former: Result) -> str:
@@ -416,7 +414,7 @@ def run_ask(options: Options) -> int:
     if run.formulation != Formulation() and not with_surrogates:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
-    problem = load_problem(options.problem, bounds=options.bounds, log=options.log)
+    problem = load_problem(options, bounds=options.bounds, log=options.log)
     if options.out.exists():
         remedy = "it may hold results: add them by 'pymoo-psi tell', or choose another name"
         raise invalid("--out", "the name of a new file", str(options.out), remedy)

@@ -70,9 +70,9 @@ def _computed_in(entries: Names) -> dict[str, str]:
     return expressions
 
 
-def typed_options(names: Collection[str]) -> list[str]:
-    """Return the words of some options of the running command, those that were typed."""
-    context = click.get_current_context()
+def typed_options(options: Options, names: Collection[str]) -> list[str]:
+    """Return the words of some options, those that were typed."""
+    context = options.context
     words = []
     for option in context.command.params:
         name = str(option.name)
@@ -90,8 +90,8 @@ def typed_options(names: Collection[str]) -> list[str]:
     return words
 
 
-def opened(path: Path, options: Options, decision: Decision) -> TestTable:
-    """Return the table of a source under a decision; every command opens sources here.
+def opened(path: Path, options: Options) -> TestTable:
+    """Return the table of a source under the decision of the options; all sources come from here.
 
     Raises:
         ArgumentValueError: The source is not a table, or an option does not fit it.
@@ -99,7 +99,7 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
     """
     table = read_table(
         path,
-        decision,
+        decision_in(options),
         variables=entries_of(options.variables) or None,
         average_by=options.average_by,
         drop_incomplete=options.drop_incomplete,
@@ -115,7 +115,7 @@ def opened(path: Path, options: Options, decision: Decision) -> TestTable:
 
 
 def opened_by_options(options: Options, suffixes: Names) -> TestTable:
-    """Return the table of the argument FILE under the decision of the options.
+    """Return the table of the argument FILE, if the output may be written.
 
     Raises:
         ArgumentValueError: The output must not be written, the source is not a table, or an option
@@ -126,7 +126,7 @@ def opened_by_options(options: Options, suffixes: Names) -> TestTable:
     if options.out is not None:
         prototype = getattr(options, "prototype", None)
         require_output(options.out, suffixes, path, prototype, options.decision)
-    return opened(path, options, decision_in(options))
+    return opened(path, options)
 
 
 def require_feasible(path: Path, table: TestTable) -> None:

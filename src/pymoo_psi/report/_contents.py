@@ -182,7 +182,7 @@ class Choice:
                 "best": write(ends[1]),
                 "behind": behind,
                 "place": place,
-                "ticks": sorted(ticks - {round(_TICKS * place)}),
+                "ticks": sorted(ticks - {np.round(_TICKS * place)}),
                 "others": others,
                 "error": error,
             }
