@@ -14,8 +14,9 @@ or out one after the other, sorted by their values. Three things may change the 
 The first two are known without ranking. For the third, U and N are found for all values in one pass
 over the sorted designs. U is the least of all designs up to a value. N is the greatest of those of
 them that none dominates: a design counts from its own value to that of the first design that
-dominates it. A value at which the sum of some p is negative, or nearly so, is ranked, as rounding
-decides.
+dominates it. Over a stretch of values, bounds of U and L bound the sum of each p from below. If one
+may be negative, the stretch is halved; a value at which the sum of some p is negative, or nearly
+so, is ranked, as rounding decides.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._numbers import decimals_as_given, number
-from pymoo_psi._validation import Array, Rows
+from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
     UtopianFrame,
     listed,
+    nearest_of_front,
     nearest_to_ideal,
     nondominated,
     sentence,
@@ -45,7 +47,6 @@ from pymoo_psi.table import Limit, TestTable, require_table
 if TYPE_CHECKING:
     import pandas as pd
 
-_CELLS = 2**18  # values that are compared at once: they fit into a cache
 _ALL_DIGITS = 17  # of a float64
 _AS_GIVEN = 3  # decimals
 _SAFE_DIGITS = 12  # of these, without the rounding of a calculation
@@ -152,78 +153,122 @@ def _change(
         last = places[dominates][:1].tolist()
         tried = range(first, min(last, default=len(steps)))
         ends = steps
-    for place in chain(_doubtful(F, places, b, ranking.frame, tried), last):
+    are_optimal = table.pareto()[rows]
+    for place in chain(_doubtful(F, places, are_optimal, b, ranking.frame, tried), last):
         inside = np.sort(rows[places <= place])
         if len(inside) == 0:
             return steps[0], None
-        recommended = inside[nearest_to_ideal(table.F[inside], ranking.frame)]
+        if are_optimal.all():
+            nearest, _ = nearest_of_front(without_rounding(table.F[inside]), ranking.frame)
+        else:
+            nearest = nearest_to_ideal(table.F[inside], ranking.frame)
+        recommended = inside[nearest]
         if best not in recommended:
             return ends[place], str(table.names[recommended[0]])
     return np.nan, None
 
 
-@np.errstate(over="ignore", invalid="ignore")
-def _doubtful(F: Array, places: Rows, b: Array, frame: UtopianFrame, tried: range) -> Iterator[int]:
+def _doubtful(
+    F: Array, places: Rows, are_optimal: Mask, b: Array, frame: UtopianFrame, tried: range
+) -> Iterator[int]:
     """Yield the places up to which a design may be nearer to the ideal point than b, in order.
-
-    Squared distances that differ by less than rounding does in any ranking are equal.
 
     Args:
         F: ``(n, m)`` objectives of the designs by increasing place, minimised.
         places: ``(n,)`` their places.
+        are_optimal: ``(n,)`` which of them none dominates.
         b: ``(m,)`` the objectives of the best design.
         frame: Whether distances are normalised, and fixed points.
         tried: The places.
     """
-    # Leave out those that are dominated as soon as they come in.
-    kept = nondominated(np.column_stack([F, places]))
-    F = F[kept]
+    if not tried:
+        return
+    kept = places <= max(tried[0], tried[-1])
+    lasting = are_optimal[kept]
+    if not lasting.all():  # leave out those that are dominated as soon as they come in
+        kept[kept] = nondominated(np.column_stack([F, places])[kept])
+        lasting = nondominated(F[kept])
+    F = frame.limited(F[kept])
     places = places[kept]
-    F = frame.limited(F)
-    b = frame.limited(b)
-    U, lengths = _frames(F, frame)
-    if not frame.normalize:
-        lengths = np.ones(F.shape)
-    size = max(_CELLS // max(F.size, 1), 1)
-    for start in range(0, len(tried), size):
-        part = np.array(tried[start : start + size])
-        last_rows = np.searchsorted(places, part, side="right") - 1
-        ideal = U[last_rows, None]
-        length = lengths[last_rows, None]
-        difference = np.sum(((F - b) / length) * ((F + b - 2 * ideal) / length), axis=2)
-        distance = np.sum(((b - ideal) / length) ** 2, axis=2)
-        may_be_nearer = ~(difference >= -LAST_PLACES * distance) & (places <= part[:, None])
-        yield from part[may_be_nearer.any(axis=1)].tolist()
-
-
-def _frames(F: Array, frame: UtopianFrame) -> tuple[Array, Array]:
-    """Return the ``(n, m)`` ideal points and ranges of the designs up to each of n, or fixed ones.
-
-    Args:
-        F: ``(n, m)`` objectives, minimised, none dominated by one before.
-        frame: The fixed points, if there are any.
-    """
     if frame.is_fixed:
-        return np.resize(frame.ideal, F.shape), np.resize(frame.lengths, F.shape)
-    U = np.minimum.accumulate(F)
-    return U, unit_lengths(U, _nadirs(F))
+        U = np.resize(frame.ideal, F.shape)
+        scales = np.resize(frame.scale, F.shape)
+    else:
+        U = np.minimum.accumulate(F)
+        scales = np.ones(F.shape)
+        if frame.normalize:
+            scales = unit_lengths(U, _nadirs(F, lasting))
+    rows = np.searchsorted(places, tried, side="right") - 1
+    yield from _nearer(F.T, places, frame.limited(b), U[rows].T, scales[rows].T, tried)
 
 
-def _nadirs(F: Array) -> Array:
+def _nadirs(F: Array, lasting: Mask) -> Array:
     """Return ``(n, m)`` nadir points of the designs up to each of n, none dominated by one before.
 
     Args:
         F: ``(n, m)`` objectives.
+        lasting: ``(n,)`` which of them none dominates that comes later.
     """
-    N = np.maximum.accumulate(F)
-    if nondominated(F).all():
-        return N
-    optimal = F[:0]
-    for row in range(len(F)):
-        is_better = (optimal < F[row]).any(axis=1)
-        optimal = np.vstack([optimal[is_better], F[row]])
-        N[row] = optimal.max(axis=0)
+    N = np.maximum.accumulate(np.where(lasting[:, None], F, -np.inf))
+    columns = np.ascontiguousarray(F.T)
+    # Another one counts until the first that dominates it.
+    for row in np.flatnonzero((F > N).any(axis=1)):
+        dominates = (columns[:, row + 1 :] <= F[row][:, None]).all(axis=0)
+        end = row + 1 + int(dominates.argmax())
+        N[row:end] = np.maximum(N[row:end], F[row])
     return N
+
+
+def _nearer(
+    F: Array, places: Rows, b: Array, U: Array, scales: Array, tried: range
+) -> Iterator[int]:
+    """Yield the places up to which a design may be nearer to the ideal point than b, in order.
+
+    Places are halved as long as a design may be nearer at one of them.
+
+    Args:
+        F: ``(m, n)`` objectives of the designs, transposed as that takes less time.
+        places: ``(n,)`` their places.
+        b: ``(m,)`` the objectives of the best design.
+        U: ``(m, k)`` the ideal points at the places tried.
+        scales: ``(m, k)`` the lengths by which objectives are divided there.
+        tried: The k places.
+    """
+    near = (places <= max(tried[0], tried[-1])) & _may_be_nearer(F, b[:, None], U, scales)
+    if not near.any():
+        return
+    if len(tried) == 1:
+        yield tried[0]
+        return
+    half = len(tried) // 2
+    for part in (slice(half), slice(half, None)):
+        yield from _nearer(F[:, near], places[near], b, U[:, part], scales[:, part], tried[part])
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _may_be_nearer(F: Array, b: Array, U: Array, scales: Array) -> Mask:
+    """Return which ``(m, n)`` points may be nearer than b to one of k ideal points.
+
+    A term (p - b) (p + b - 2U) / L² of the difference is least at the greatest or the least U, and,
+    if it is negative, with the least L. Squared distances that differ by less than rounding does in
+    any ranking are equal.
+
+    Args:
+        F: ``(m, n)`` the points.
+        b: ``(m, 1)`` the one with which they are compared.
+        U: ``(m, k)`` the ideal points.
+        scales: ``(m, k)`` the lengths L by which objectives are divided.
+    """
+    lowest = U.min(axis=1, keepdims=True)
+    highest = U.max(axis=1, keepdims=True)
+    longest = scales.max(axis=1, keepdims=True)
+    difference = F - b
+    total = F + b - 2 * np.where(difference < 0, lowest, highest)
+    is_negative = (difference < 0) != (total < 0)
+    scale = np.where(is_negative, scales.min(axis=1, keepdims=True), longest)
+    least = np.sum((difference / scale) * (total / scale), axis=0)
+    distance = np.sum(((b - highest) / longest) ** 2)
+    return np.asarray(~(least >= -LAST_PLACES * distance))
 
 
 def switching_sentences(table: TestTable) -> list[str]:

@@ -44,6 +44,7 @@ from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
 from ._ranking import measured_as as measured_as
 from ._ranking import measured_in as measured_in
+from ._ranking import nearest_of_front as nearest_of_front
 from ._ranking import nearest_to_ideal as nearest_to_ideal
 from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_of as ranking_of
