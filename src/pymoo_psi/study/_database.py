@@ -1,8 +1,28 @@
-"""A study in a transaction: its tables in SQL, and what is read and changed in them.
+"""A study in a transaction: the layout of the database, and what is read and changed in it.
 
-The rule for tests is that of the table itself, UNIQUE (design, repeat): whichever run wants a
-design gets the test that there is. ``plan`` says which test each point of a run has. A block of
-tests first goes into a temporary table, in which SQLite finds out what is known of them.
+- ``tests`` has one row for each test: ``test``, its number; ``design``, a key of its variables, and
+  ``repeat``, which of the tests of the design it is, 1 unless the model is noisy or people repeat
+  it; ``status``, NULL of a test that is planned; ``reason``, why it failed; ``origin``, where its
+  design comes from; ``seconds``, the time of its evaluation (the mean of designs that were
+  evaluated together); then variables, objectives, constraints and outputs under their names. A name
+  that is taken gets ``_`` appended. NaN is NULL, binary variables are 0 and 1, choices are texts.
+- ``plan`` has the points of the runs, the test that each of them has, and the proposals of an
+  algorithm, or for people, which may be without a test.
+- ``runs`` says for each run what determines its points, when, where and by which versions it was
+  begun, and the points that it was asked for.
+- ``meta`` has the facts about the whole file, as JSON. One of them is what people ask of a run
+  while it works, and what the run answered.
+- ``log`` says when stored tests were changed, by whom, and of corrections what they were before.
+
+Runs that want the same design share its test, which is that of the first one. Its number says the
+run and the point for which it was made: 3 000 017 is point 17 of run 4, and 17 that of the first
+run, unless the number was taken.
+
+Other programs may add views, indices and tables. Triggers are refused, as SQLite would run them
+whenever a test is written.
+
+Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
+turn -0.0 into 0.0.
 """
 
 from __future__ import annotations
@@ -21,7 +41,8 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind, keys_of_designs
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Columns, Head, Integers, Mask, Received, Values, invalid
+from pymoo_psi._validation import AnyArray, Columns, Head, Integers, Mask, Received, Values, invalid
+from pymoo_psi.errors import StudyCorruptError
 from pymoo_psi.study._facts import (
     ALL,
     NOT_VALUES,
@@ -37,73 +58,50 @@ from pymoo_psi.study._facts import (
     require_other_names,
     with_outputs,
 )
-from pymoo_psi.study._integrity import SCHEMA, intact, reported
+from pymoo_psi.study._integrity import intact, reported, unreadable
 
+_APPLICATION = 0x50534931
+_VERSION = 1
+_TABLES = ("meta", "runs", "plan", "log", "tests")
+# The tables of a new study; without a journal, as the file is thrown away if anything happens.
+_SCHEMA = f"""
+PRAGMA journal_mode = OFF;
+BEGIN;
+PRAGMA application_id = {_APPLICATION};
+PRAGMA user_version = {_VERSION};
+CREATE TABLE tests
+    (test INTEGER PRIMARY KEY, design TEXT, repeat INTEGER, status TEXT, reason TEXT, origin TEXT,
+    seconds REAL, UNIQUE (design, repeat));
+CREATE TABLE plan
+    (run INTEGER, point INTEGER, test INTEGER, proposal TEXT, PRIMARY KEY (run, point))
+    WITHOUT ROWID;
+CREATE TABLE runs (run INTEGER PRIMARY KEY, identity TEXT, record TEXT);
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+CREATE TABLE log (time TEXT, who TEXT, what TEXT);
+"""
 LAST = 2**63 - 1  # the largest number of a test
 
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 
 # The tests of points of a run.
 _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
-# Columns of blocks and plan.
-_JOINED = ("block_point", "block_number", "block_differs", "point", "proposal")
-# A block of tests to be written, where SQLite finds what is known of them. It has the columns of
-# ``tests``; ``test`` is NULL where no test is known. Besides there are ``block_point``, the point
-# of a test; ``block_number``, the number that it gets if it is new; and ``block_differs``, whether
-# the known test has not failed and has other results. It is kept for the next block, as SQLite
-# prepares its statements anew for another one.
-_BLOCK = """
-    CREATE TEMP TABLE IF NOT EXISTS block AS
-    SELECT 0 AS block_point, 0 AS block_number, 0 AS block_differs, * FROM tests LIMIT 0
+_TEST_OF_DESIGN = "SELECT test FROM tests WHERE design = ? AND repeat = ?"
+# The one after the last, or the first one, which is missing while it is corrected: other runs look
+# for it.
+_FURTHER_REPEAT = """
+    SELECT iif(EXISTS (SELECT 1 FROM tests WHERE design = ?1 AND repeat = 1),
+        (SELECT max(repeat) FROM tests WHERE design = ?1) + 1, 1)
 """
-_WITH_PLANNED_TESTS = """
-    UPDATE block SET test = (SELECT test FROM plan WHERE run = ? AND point = block_point)
-"""
-# Each test is a further one of its design.
-_WITH_FURTHER_REPEATS = """
-    UPDATE block SET repeat = counted.further FROM (
-        SELECT rowid AS row, row_number() OVER (PARTITION BY design ORDER BY rowid)
-            + (SELECT max(0, coalesce(max(repeat), 0)) FROM tests WHERE design = b.design)
-            AS further
-        FROM block AS b) AS counted
-    WHERE block.rowid = counted.row
-"""
-# Other runs look for the first test of a design, which is missing while it is corrected.
-_WITH_FIRST_REPEATS = """
-    UPDATE block SET repeat = 1
-    WHERE rowid IN (SELECT min(rowid) FROM block GROUP BY design)
-        AND NOT EXISTS (SELECT 1 FROM tests WHERE design = block.design AND repeat = 1)
-"""
-# A design of a noisy model that recurs in the run is tested again for its point.
-_WITH_RECURRING_DESIGNS = """
-    UPDATE block SET repeat = -block_number WHERE test IS NULL AND (
-        (design, repeat) IN
-            (SELECT design, repeat FROM plan JOIN tests USING (test) WHERE run = ?)
-        OR rowid NOT IN (SELECT min(rowid) FROM block GROUP BY design))
-"""
-# New designs have the stored tests of the same designs.
-_WITH_TESTS_OF_DESIGNS = """
-    UPDATE block SET test = coalesce(
-        (SELECT test FROM tests WHERE design = block.design AND repeat = block.repeat), {})
-    WHERE test IS NULL
-"""
-_CONTRADICTED = """
-    SELECT point FROM block CROSS JOIN plan
-    ON run = ? AND point = block_point AND plan.test = block.test WHERE block_differs
-"""
-_WITH_FREE_NUMBERS = """
-    UPDATE block SET block_number = rowid
-        + max((SELECT max(test) FROM tests), (SELECT max(block_number) FROM block))
-    WHERE test IS NULL AND block_number IN (SELECT test FROM tests)
-"""
+# The point may have a proposal.
 _PLANNED = """
-    INSERT INTO plan (run, point, test)
-    SELECT ?, block_point, test FROM block WHERE test NOT NULL
-    ON CONFLICT (run, point) DO UPDATE SET test = excluded.test
-    WHERE test IS NOT excluded.test
+    INSERT INTO plan (run, point, test) VALUES (?, ?, ?)
+    ON CONFLICT (run, point) DO UPDATE SET test = excluded.test WHERE test IS NOT excluded.test
 """
-_OF_SQLITE = ("rowid", "oid", "_rowid_", "true", "false")  # names with a meaning of their own
-_OF_TEST = ("design", "repeat", "status", "reason", "origin", "seconds")
+_FREE_NUMBER = """
+    SELECT iif(EXISTS (SELECT 1 FROM tests WHERE test = ?1), (SELECT max(test) FROM tests) + 1, ?1)
+"""
+# Names in SQL that no value has: other columns of plan, and those with a meaning of their own.
+_OTHER_NAMES = ("point", "proposal", "rowid", "oid", "_rowid_", "true", "false")
 
 
 class Proposal(NamedTuple):
@@ -120,6 +118,94 @@ class Proposal(NamedTuple):
     round: int
     origin: str
     content: Values
+
+
+class _Test(NamedTuple):
+    """A row of the table of tests: what it says of a test, and the values of the head's columns."""
+
+    design: str | None
+    repeat: int
+    status: str | None
+    reason: str | None
+    origin: str | None
+    seconds: float | None
+    values: tuple[Any, ...]
+
+    def row(self, number: int) -> tuple[Any, ...]:
+        """Return the row, with the number of the test."""
+        return (number, *self[:-1], *self.values)
+
+    def contradicts(self, repetition: _Test) -> bool:
+        """Whether a repetition of this test has other results; values of both can differ."""
+        if self.status in (None, "failed"):
+            return False
+        pairs = zip(self.values, repetition.values, strict=True)
+        differs = any(old != new for old, new in pairs if old is not None and new is not None)
+        return differs or repetition.status == "failed"
+
+    def completed_by(self, repetition: _Test) -> _Test:
+        """Return what is kept of this test and a repetition.
+
+        A planned test is made now, and a failed one is replaced. Another one gets the values that
+        it lacks, unless the repetition contradicts it.
+        """
+        if self.status is None:
+            return repetition
+        if self.status == "failed":
+            if repetition.status == "failed" and repetition.reason == self.reason:
+                return self
+            return repetition._replace(repeat=self.repeat)
+        if self.contradicts(repetition):
+            return self
+        pairs = zip(self.values, repetition.values, strict=True)
+        return self._replace(values=tuple(new if old is None else old for old, new in pairs))
+
+
+_FACTS = _Test._fields[:-1]  # columns of tests beside the values
+
+
+class _Plan:
+    """The plan of a run: which test each of its points has.
+
+    Args:
+        db: The connection.
+        run: The run.
+        repeat: Which of the tests of its design that of a point is; 0 for a further one.
+        noisy: Whether a design that recurs in the run is tested again.
+    """
+
+    def __init__(self, db: sqlite3.Connection, run: int, repeat: int, *, noisy: bool) -> None:
+        self._db = db
+        self._run = run
+        self._repeat = repeat
+        self._noisy = noisy
+        self._tests: set[int] = set()  # of the run, if it is noisy
+        if noisy:
+            rows = db.execute("SELECT test FROM plan WHERE run = ? AND test NOT NULL", (run,))
+            self._tests.update(test for (test,) in rows)
+
+    def test_of(self, point: int) -> int:
+        """Return the number of the test of a point; 0 if it has none."""
+        query = "SELECT test FROM plan JOIN tests USING (test) WHERE run = ? AND point = ?"
+        return _integer(self._db, query, self._run, point)
+
+    def find(self, point: int, design: str | None) -> tuple[int, int]:
+        """Return the number of the test of a point or of its design, and which of these it is.
+
+        The number is 0 if there is no such test.
+        """
+        repeat = self._repeat
+        if repeat == 0:
+            repeat = _integer(self._db, _FURTHER_REPEAT, design)
+        elif self._noisy and _integer(self._db, _TEST_OF_DESIGN, design, repeat) in self._tests:
+            repeat = -((self._run - 1) * ROOM + point)  # for this point alone
+        number = self.test_of(point) or _integer(self._db, _TEST_OF_DESIGN, design, repeat)
+        return number, repeat
+
+    def add(self, point: int, test: int) -> None:
+        """Let a point have a test."""
+        self._db.execute(_PLANNED, (self._run, point, test))
+        self._tests.add(test)
 
 
 @contextmanager
@@ -152,7 +238,7 @@ class Database:
 
     def begin(self, head: Head, share: Sequence[int] | None = None) -> None:
         """Make the tables of a new study, in a transaction."""
-        self.db.executescript(SCHEMA)
+        self.db.executescript(_SCHEMA)
         facts: Values = {"id": secrets.token_hex(16), "share": share, "columns": {}}
         facts |= {"steering": [], "process": ["", 0]}
         for name, value in facts.items():
@@ -221,8 +307,7 @@ class Database:
 
     def last_point(self, run: int) -> int:
         """Return the greatest point of a run that has a test or a proposal; 0 without any."""
-        query = "SELECT coalesce(max(point), 0) FROM plan WHERE run = ?"
-        return int(self._integers(query, run)[0])
+        return _integer(self.db, "SELECT max(point) FROM plan WHERE run = ?", run)
 
     def n_left(self) -> int:
         """Return how many planned points have no test."""
@@ -273,12 +358,11 @@ class Database:
         proposal = proposal._replace(test_point=self.last_point(run) + 1)
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
         # Without a key: until it is made, others may test the same design.
-        design["test_point"] = np.array([proposal.test_point])
-        self._begin_block(run, design, [None])
-        self._write_new()
-        test = int(self._integers("SELECT test FROM block")[0])
-        self.add_proposal(run, proposal, test)
-        return test, proposal
+        (test,) = self._tests_of(design, [None])
+        number = self._free_number((run - 1) * ROOM + proposal.test_point)
+        self.db.execute(self._statement_to_write(), test.row(number))
+        self.add_proposal(run, proposal, number)
+        return number, proposal
 
     def cancel(self, run: int, test: int, test_point: int) -> None:
         """Give up a planned test."""
@@ -317,7 +401,7 @@ class Database:
             self.remove(tests["test"][is_unmade])
         if columns:
             self.widen(columns)
-            cells = self._cells(columns)
+            cells = self._cells_of_values(columns)
             changes = ", ".join(f"{name} = ?" for name in cells)
             rows = zip(*cells.values(), tests["test"].tolist(), strict=True)
             self.db.executemany(f"UPDATE tests SET {changes} WHERE test = ?", rows)
@@ -339,7 +423,6 @@ class Database:
         names = _with_names_in_sql(stored, columns_of_head(head))
         self._set("columns", names)
         self._columns = _columns_in_sql(self.head, names)
-        self.db.execute("DROP TABLE IF EXISTS temp.block")  # as its columns may be others
         for name, (sql, kind) in self._columns.items():
             if name not in stored:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
@@ -354,34 +437,78 @@ class Database:
     # Writing tests
 
     def append(self, run: int, columns: Columns, repeat: int = 1, *, noisy: bool = False) -> int:
-        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
+        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`.
+
+        What is stored does not depend on how the tests are divided into blocks.
+        """
         self.widen(columns)
-        self._begin_block(run, columns, self.keys(columns), repeat, noisy=noisy)
-        wrong = self._contradicted(run)
-        if len(wrong):
-            raise invalid(
-                "block",
-                "of new test points, repetitions of failed ones, or what is stored",
-                Received(f"other values for test point {wrong[0]} of run {run}"),
-                f"use another file if the model has changed; study {self._path} is as it was",
-            )
-        n_changed = self._write_known()
-        n_written = n_changed + self._write_new()
+        writing = self._statement_to_write()
+        plan = _Plan(self.db, run, repeat, noisy=noisy)
+        points = columns["test_point"]
+        numbers = columns.get("test", (run - 1) * ROOM + points)
+        tests = self._tests_of(columns, self.keys(columns))
+        n_new = 0
+        n_changed = 0
+        for point, number, test in zip(points.tolist(), numbers.tolist(), tests, strict=True):
+            known_number, repeat_of_design = plan.find(point, test.design)
+            test = test._replace(repeat=repeat_of_design)
+            if known_number:
+                number = known_number
+                stored = self._stored(number)
+                if stored.contradicts(test) and plan.test_of(point) == number:
+                    raise invalid(
+                        "block",
+                        "of new test points, repetitions of failed ones, or what is stored",
+                        Received(f"other values for test point {point} of run {run}"),
+                        "use another file if the model has changed; "
+                        f"study {self._path} is as it was",
+                    )
+                test = stored.completed_by(test)
+                if test != stored:
+                    self.db.execute(writing, test.row(number))
+                    n_changed += 1
+            else:
+                number = self._free_number(number)
+                n_new += 1
+                self.db.execute(writing, test.row(number))
+            plan.add(point, number)
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
-        self.db.execute(_PLANNED, (run,))
-        if n_written:
-            process = [platform.node(), os.getpid()]
-            if self.get("process") != process:
-                self._set("process", process)
-        return n_written
+        process = [platform.node(), os.getpid()]
+        if n_new + n_changed and self.get("process") != process:
+            self._set("process", process)
+        return n_new + n_changed
 
     def adopt(
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        self._begin_block(run, {"test_point": points}, keys, repeat, noisy=noisy)
-        self.db.execute(_PLANNED, (run,))
+        plan = _Plan(self.db, run, repeat, noisy=noisy)
+        for point, key in zip(points.tolist(), keys, strict=True):
+            number, _ = plan.find(point, key)
+            if number:
+                plan.add(point, number)
+
+    def _stored(self, number: int) -> _Test:
+        """Return the test with a number."""
+        names = ", ".join([*_FACTS, *self._names_of_values()])
+        rows = self.db.execute(f"SELECT {names} FROM tests WHERE test = ?", (number,))
+        row = rows.fetchone()
+        return _Test._make([*row[: len(_FACTS)], row[len(_FACTS) :]])
+
+    def _statement_to_write(self) -> str:
+        """Return the statement that writes a new or changed test; see :meth:`_Test.row`."""
+        names = [*_FACTS, *self._names_of_values()]
+        marks = ", ".join("?" * len(names))
+        changes = ", ".join(f"{name} = excluded.{name}" for name in names)
+        return (
+            f"INSERT INTO tests (test, {', '.join(names)}) VALUES (?, {marks}) "
+            f"ON CONFLICT (test) DO UPDATE SET {changes}"
+        )
+
+    def _free_number(self, number: int) -> int:
+        """Return a number for a new test: this one, or the one after the last if it is taken."""
+        return _integer(self.db, _FREE_NUMBER, number)
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
@@ -408,106 +535,29 @@ class Database:
             return [None] * len(columns["test_point"])
         return keys_of_designs(designs, [*map(Kind, head["kinds"])])
 
-    # Blocks of tests, in the order of the steps
+    def _tests_of(self, columns: Columns, keys: Sequence[str | None]) -> list[_Test]:
+        """Return the tests of columns, with the keys of their designs, as first ones of these."""
+        unknown = [None] * len(keys)
+        facts = {"design": keys, "repeat": [1] * len(keys)}
+        for name in ("status", "reason", "origin", "seconds"):
+            facts[name] = _cells(columns[name]) if name in columns else unknown
+        facts["reason"] = [reason or None for reason in facts["reason"]]
+        cells_by_name = self._cells_of_values(columns)
+        values = [cells_by_name.get(name, unknown) for name in self._names_of_values()]
+        rows = [*zip(*values, strict=True)] or [()] * len(keys)
+        return list(map(_Test._make, zip(*facts.values(), rows, strict=True)))
 
-    def _begin_block(
-        self,
-        run: int,
-        columns: Columns,
-        keys: Sequence[str | None],
-        repeat: int = 1,
-        *,
-        noisy: bool = False,
-    ) -> None:
-        """Put tests into the table of a block, and find what is known of them."""
-        points = columns["test_point"]
-        numbers = columns.get("test", (run - 1) * ROOM + points)
-        cells = {"block_point": points.tolist(), "block_number": numbers.tolist(), "design": keys}
-        cells |= self._cells(columns) | {"repeat": [repeat] * len(points)}
-        self.db.execute(_BLOCK)
-        self.db.execute("DELETE FROM block")
-        marks = ", ".join("?" * len(cells))
-        rows = zip(*cells.values(), strict=True)
-        self.db.executemany(f"INSERT INTO block ({', '.join(cells)}) VALUES ({marks})", rows)
-        self.db.execute(_WITH_PLANNED_TESTS, (run,))
-        if repeat == 0:
-            self.db.execute(_WITH_FURTHER_REPEATS)
-            self.db.execute(_WITH_FIRST_REPEATS)
-        elif noisy:
-            self.db.execute(_WITH_RECURRING_DESIGNS, (run,))
-        self.db.execute(_WITH_TESTS_OF_DESIGNS.format("NULL"))
-
-    def _contradicted(self, run: int) -> Integers:
-        """Compare tests with the known ones; return points of the run that have other results.
-
-        Values differ only where both tests have one.
-        """
-        self.db.execute(f"""
-            UPDATE block SET block_differs = (
-                SELECT tests.status <> 'failed' AND (block.status = 'failed'
-                    OR coalesce(({self._row("tests.{}")}) <> ({self._row("block.{}")}), 0))
-                FROM tests WHERE tests.test = block.test)
-            WHERE test NOT NULL
-        """)
-        return self._integers(_CONTRADICTED, run)
-
-    def _row(self, cell: str) -> str:
-        """Return the values as a row in SQL, which may have none."""
-        return ", ".join(["0", *(cell.format(sql) for sql, _ in self._columns.values())])
-
-    def _write_known(self) -> int:
-        """Add values that known tests lack, and replace failed and planned ones; return how many.
-
-        A failed test that is made again stays the same one of its design.
-        """
-        names = self._written()
-        completed = ", ".join(f"{name} = coalesce(tests.{name}, block.{name})" for name in names)
-        replaced = ", ".join(f"{name} = block.{name}" for name in names)
-        n_completed = self.db.execute(f"""
-            UPDATE tests SET {completed} FROM block
-            WHERE tests.test = block.test AND tests.status <> 'failed' AND NOT block_differs
-                AND ({self._row("coalesce(tests.{0}, block.{0})")}) IS NOT ({self._row("tests.{}")})
-        """).rowcount
-        return (
-            n_completed
-            + self.db.execute(f"""
-            UPDATE tests SET {replaced},
-                repeat = iif(tests.status IS NULL, block.repeat, tests.repeat)
-            FROM block
-            WHERE tests.test = block.test AND (tests.status IS NULL OR tests.status = 'failed'
-                AND (block.status <> 'failed' OR tests.reason <> block.reason))
-        """).rowcount
-        )
-
-    def _written(self) -> list[str]:
-        """Return the columns that known tests take from a block."""
-        values = [sql for sql, _ in self._columns.values()]
-        return ["design", "status", "reason", "origin", "seconds", *values]
-
-    def _write_new(self) -> int:
-        """Write the new tests; return how many there are."""
-        self.db.execute(_WITH_FREE_NUMBERS)
-        names = ", ".join(["repeat", *self._written()])
-        n_written = self.db.execute(f"""
-            INSERT INTO tests (test, {names})
-            SELECT block_number, {names} FROM block WHERE test IS NULL ORDER BY rowid
-            ON CONFLICT (design, repeat) DO NOTHING
-        """).rowcount
-        self.db.execute(_WITH_TESTS_OF_DESIGNS.format("block_number"))
-        return n_written
-
-    def _cells(self, columns: Columns) -> dict[str, list[Any]]:
-        """Return columns of tests as lists by their names in SQL."""
-        cells: dict[str, list[Any]] = {}
-        for name in ("status", "origin", "seconds"):
-            if name in columns:
-                cells[name] = columns[name].tolist()
-        if "reason" in columns:
-            cells["reason"] = [reason or None for reason in columns["reason"].tolist()]
+    def _cells_of_values(self, columns: Columns) -> dict[str, list[Any]]:
+        """Return columns of values as lists by their names in SQL."""
+        cells = {}
         for name, (sql, kind) in self._columns.items():
             if name in columns:
-                cells[sql] = columns[name].astype(DTYPES[kind]).tolist()
+                cells[sql] = _cells(columns[name].astype(DTYPES[kind]))
         return cells
+
+    def _names_of_values(self) -> list[str]:
+        """Return the quoted names in SQL of the columns of values."""
+        return [sql for sql, _ in self._columns.values()]
 
     @cached_property
     def _columns(self) -> dict[str, tuple[str, Kind]]:
@@ -580,17 +630,76 @@ class Database:
 
     def count(self, rows: str) -> int:
         """Return how many rows there are in SQL."""
-        return int(self._integers(f"SELECT count(*) FROM {rows}")[0])
+        return _integer(self.db, f"SELECT count(*) FROM {rows}")
 
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
         return np.fromiter((row[0] for row in self.db.execute(query, arguments)), np.int64)
 
 
+# What is a study
+
+
+def require_study(db: sqlite3.Connection, path: str) -> None:
+    """Make sure that a file is a study; it may hold further tables, views and indices."""
+    (application,) = db.execute("PRAGMA application_id").fetchone()
+    (version,) = db.execute("PRAGMA user_version").fetchone()
+    if application == _APPLICATION and version != _VERSION:
+        raise StudyCorruptError(
+            f"study {path} has format {version}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; use the version that made it, or export it as CSV with that one"
+        )
+    query = "SELECT name FROM sqlite_master WHERE type = 'table'"
+    tables = [name for (name,) in db.execute(query) if not name.startswith("sqlite_")]
+    if application != _APPLICATION and tables:
+        raise _of_others(path, tables)
+    for name in _TABLES:
+        if name not in tables:
+            raise unreadable(path, f"it lacks the table {name}")
+    for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'"):
+        raise StudyCorruptError(
+            f"study {path} has the trigger {name}, which would change what a run stores; it "
+            f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'
+        )
+
+
+# Databases of other programs by a table that they have, and how to export it.
+_OTHERS = {
+    "trial_values": (
+        "Optuna",
+        "optuna.load_study(study_name=None, storage='sqlite:///FILE').trials_dataframe()"
+        ".to_csv('trials.csv')",
+    ),
+    "driver_iterations": (
+        "OpenMDAO",
+        "pandas.DataFrame([{**case.get_design_vars(), **case.get_objectives()} for case in "
+        "openmdao.api.CaseReader('FILE').get_cases('driver')]).map(numpy.squeeze)"
+        ".to_csv('cases.csv')",
+    ),
+}
+
+
+def _of_others(path: str, tables: Sequence[str]) -> StudyCorruptError:
+    """Return the error of a database of another program."""
+    program = f"another program, with the tables {', '.join(tables):.80}"
+    export = f"sqlite3 -header -csv FILE 'SELECT * FROM {tables[0]}' > designs.csv"
+    for table, known in _OTHERS.items():
+        if table in tables:
+            program, export = known
+    return StudyCorruptError(
+        f"{path} is no study of pymoo-psi, but a database of {program}; it was left as it is: "
+        f"export it as CSV by "
+        f"{export.replace('FILE', path)}"
+    )
+
+
+# Columns in SQL
+
+
 def _with_names_in_sql(names: Mapping[str, str], columns: Sequence[str]) -> dict[str, str]:
     """Return the names in SQL of columns, which they keep whatever the order of a later head is."""
     names = dict(names)
-    taken = {*NOT_VALUES, *_OF_TEST, *_JOINED, *_OF_SQLITE, *map(str.lower, names.values())}
+    taken = {*NOT_VALUES, *_FACTS, *_OTHER_NAMES, *map(str.lower, names.values())}
     for column in columns:
         if column not in names:
             names[column] = column
@@ -609,6 +718,21 @@ def _columns_in_sql(head: Head, names: Mapping[str, str]) -> dict[str, tuple[str
         quoted = names[name].replace('"', '""')
         columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
     return columns
+
+
+def _integer(db: sqlite3.Connection, query: str, *arguments: Any) -> int:
+    """Return the integer that a query finds; 0 if there is none."""
+    row = db.execute(query, arguments).fetchone() or (None,)
+    return int(row[0] or 0)
+
+
+def _cells(column: AnyArray) -> list[Any]:
+    """Return the cells of a column as SQLite has them: NaN is NULL."""
+    cells = column.astype(object)
+    if column.dtype.kind == "f":
+        cells[np.isnan(column)] = None
+    cells_of_column: list[Any] = cells.tolist()
+    return cells_of_column
 
 
 def _text(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""What keeps a study intact: its tables, errors that name the damage, and a lock for each run."""
+"""What keeps a study intact: connections, errors that name the damage, and a lock for each run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sqlite3
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
@@ -33,26 +33,6 @@ _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a c
 _THREAD_LOCKS: dict[tuple[int, str], Any] = {}
 _HELD: set[tuple[int, str]] = set()
 
-_APPLICATION = 0x50534931
-_VERSION = 1
-SCHEMA = f"""
-PRAGMA journal_mode = OFF;
-BEGIN;
-PRAGMA application_id = {_APPLICATION};
-PRAGMA user_version = {_VERSION};
-CREATE TABLE tests
-    (test INTEGER PRIMARY KEY, design TEXT, repeat INTEGER, status TEXT, reason TEXT, origin TEXT,
-    seconds REAL, UNIQUE (design, repeat));
-CREATE TABLE plan
-    (run INTEGER, point INTEGER, test INTEGER, proposal TEXT, PRIMARY KEY (run, point))
-    WITHOUT ROWID;
-CREATE TABLE runs (run INTEGER PRIMARY KEY, identity TEXT, record TEXT);
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
-CREATE TABLE log (time TEXT, who TEXT, what TEXT);
-"""
-"""Of a new study; without a journal, as the file is thrown away if anything happens."""
-_TABLES = ("meta", "runs", "plan", "log", "tests")
-
 _SETTINGS = """
 PRAGMA synchronous = EXTRA; -- a commit outlives a power failure
 PRAGMA cell_size_check = ON; -- damage is reported, not read
@@ -76,29 +56,6 @@ def connected(path: str) -> sqlite3.Connection:
         db.close()
         raise
     return db
-
-
-def require_study(db: sqlite3.Connection, path: str) -> None:
-    """Make sure that a file is a study; it may hold further tables, views and indices."""
-    (application,) = db.execute("PRAGMA application_id").fetchone()
-    (version,) = db.execute("PRAGMA user_version").fetchone()
-    if application == _APPLICATION and version != _VERSION:
-        raise StudyCorruptError(
-            f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; use the version that made it, or export it as CSV with that one"
-        )
-    query = "SELECT name FROM sqlite_master WHERE type = 'table'"
-    tables = [name for (name,) in db.execute(query) if not name.startswith("sqlite_")]
-    if application != _APPLICATION and tables:
-        raise of_others(path, tables)
-    for name in _TABLES:
-        if name not in tables:
-            raise unreadable(path, f"it lacks the table {name}")
-    for (name,) in db.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'"):
-        raise StudyCorruptError(
-            f"study {path} has the trigger {name}, which would change what a run stores; it "
-            f'was left as it is: remove the trigger (DROP TRIGGER "{name}")'
-        )
 
 
 # Errors
@@ -143,36 +100,6 @@ def unreadable(path: str, problem: str) -> StudyCorruptError:
     return StudyCorruptError(
         f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
         "restore it from a copy, or move it away and repeat the runs that it held"
-    )
-
-
-# Databases of other programs by a table that they have, and how to export it.
-_OTHERS = {
-    "trial_values": (
-        "Optuna",
-        "optuna.load_study(study_name=None, storage='sqlite:///FILE').trials_dataframe()"
-        ".to_csv('trials.csv')",
-    ),
-    "driver_iterations": (
-        "OpenMDAO",
-        "pandas.DataFrame([{**case.get_design_vars(), **case.get_objectives()} for case in "
-        "openmdao.api.CaseReader('FILE').get_cases('driver')]).map(numpy.squeeze)"
-        ".to_csv('cases.csv')",
-    ),
-}
-
-
-def of_others(path: str, tables: Sequence[str]) -> StudyCorruptError:
-    """Return the error of a database of another program."""
-    program = f"another program, with the tables {', '.join(tables):.80}"
-    export = f"sqlite3 -header -csv FILE 'SELECT * FROM {tables[0]}' > designs.csv"
-    for table, known in _OTHERS.items():
-        if table in tables:
-            program, export = known
-    return StudyCorruptError(
-        f"{path} is no study of pymoo-psi, but a database of {program}; it was left as it is: "
-        f"export it as CSV by "
-        f"{export.replace('FILE', path)}"
     )
 
 

@@ -1,28 +1,4 @@
-"""The study file: an SQLite database of tables that any program can read.
-
-- ``tests`` has one row for each test: ``test``, its number; ``design``, a key of its variables, and
-  ``repeat``, which of the tests of the design it is, 1 unless the model is noisy or people repeat
-  it; ``status``, NULL of a test that is planned; ``reason``, why it failed; ``origin``, where its
-  design comes from; ``seconds``, the time of its evaluation (the mean of designs that were
-  evaluated together); then variables, objectives, constraints and outputs under their names. A name
-  that is taken gets ``_`` appended. NaN is NULL, binary variables are 0 and 1, choices are texts.
-- ``plan`` has the points of the runs, the test that each of them has, and the proposals of an
-  algorithm, or for people, which may be without a test.
-- ``runs`` says for each run what determines its points, when, where and by which versions it was
-  begun, and the points that it was asked for.
-- ``meta`` has the facts about the whole file, as JSON. One of them is what people ask of a run
-  while it works, and what the run answered.
-- ``log`` says when stored tests were changed, by whom, and of corrections what they were before.
-
-Runs that want the same design share its test, which is that of the first one. Its number says the
-run and the point for which it was made: 3 000 017 is point 17 of run 4, and 17 that of the first
-run, unless the number was taken.
-
-Other programs may add views, indices and tables. Triggers are refused, as SQLite would run them
-whenever a test is written.
-
-Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
-turn -0.0 into 0.0.
+"""The study file: an SQLite database that any program can read; ``_database`` says what it has.
 
 SQLite does the transactions, the recovery after a kill and the locks between readers and a commit,
 with its rollback journal. At rest the file itself holds everything. Unlike SQLite's write-ahead
@@ -55,7 +31,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
-from pymoo_psi.study._database import Database, Proposal, created
+from pymoo_psi.study._database import Database, Proposal, created, require_study
 from pymoo_psi.study._facts import (
     SUFFIX,
     Facts,
@@ -72,7 +48,6 @@ from pymoo_psi.study._integrity import (
     intact,
     locked,
     reported,
-    require_study,
 )
 
 # What is in such files is no study, and a study deletes those that it has beside it.
