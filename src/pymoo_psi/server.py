@@ -209,7 +209,7 @@ class GrowingStudy:
         yield "data: {}\n\n"
 
     def steer(self, content: bytes) -> None:
-        """Write a request into the study, whose run checks the formulation.
+        """Write a request into the study, whose run checks the names in a formulation.
 
         Raises:
             PsiError: It is no request, or the study cannot be written.
@@ -218,18 +218,22 @@ class GrowingStudy:
             raise PsiError("the page is read-only (--steer)")
         try:
             received = json.loads(content)
+            json.dumps(received, ensure_ascii=False).encode()  # half a surrogate pair is no text
             action, name = received["action"], str(received["name"])
-        except (ValueError, TypeError, LookupError):
+        except (ValueError, TypeError, LookupError, RecursionError):
             raise PsiError("a request must be JSON with an action and a name") from None
         known_name("action", action, ACTIONS)
         if action not in LASTING and not _is_alive(*self._facts.process):
             raise PsiError("no run is at work; its command continues it")
+        details: Values = {}
         if action == "more":
-            further_tests(received.get("count"))
+            details["count"] = further_tests(received.get("count"))
+        if action == "search":
+            details["formulation"] = received.get("formulation")
+            Decision.from_json(json.dumps(details["formulation"]).encode(), "formulation")
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
-        details = {key: received.get(key) for key in ("formulation", "count")}
         with self.study.changes() as database:
             database.steer({"name": name, "action": action, **details})
 

@@ -171,6 +171,7 @@ def answer(view, target, method="GET", body=None, **headers):
         return connection.getresponse().status
 
 
+SEARCH = b'{"action": "search", "name": "Eve", "formulation": %s}'
 STRANGE = [
     (400, "HOME", "GET", None, {"Host": "evil.example"}),
     (403, "HOMEevents?from=x-0", "GET", None, {"Origin": "http://evil.example"}),
@@ -185,6 +186,9 @@ STRANGE = [
     (404, "HOMEs.db", "GET", None, {}),
     (400, "HOMEsteer", "POST", b"x", {"Origin": "OWN"}),
     (400, "HOMEsteer", "POST", b"[]", {"Origin": "OWN"}),
+    (400, "HOMEsteer", "POST", b"[" * 2**17, {"Origin": "OWN"}),
+    (400, "HOMEsteer", "POST", SEARCH % (b"[" * 900 + b"]" * 900), {"Origin": "OWN"}),
+    (400, "HOMEsteer", "POST", SEARCH % rb'{"limits": {"\ud800": 1}}', {"Origin": "OWN"}),
     (400, "HOMEsteer", "POST", b'{"action": "rm", "name": "Eve"}', {"Origin": "OWN"}),
     (400, "HOMEsteer", "POST", b'{"action": "stop", "name": " "}', {"Origin": "OWN"}),
     (413, "HOMEsteer", "POST", b"x" * 2**19, {"Origin": "OWN"}),
