@@ -9,6 +9,7 @@ numbers are.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from math import ceil, floor, isinf, isnan, log10
 from typing import Any
 
@@ -21,7 +22,8 @@ _APART = "\N{NO-BREAK SPACE}"
 _STEPS = 500  # a written number tells so many values within the range of its column apart
 _AS_GIVEN = 3  # decimals up to which values are written as they are
 _SAME = 1e-12  # values closer than this, relatively, differ by rounding only
-_MOST = 12  # decimals
+_MOST = 12  # decimals, and digits without the rounding of a calculation
+_ALL_DIGITS = 17  # of a float64
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
 _LONGEST = 1e7  # and from this size on all numbers
 _DIGITS_OF_LONG = 4  # of numbers beyond it
@@ -239,6 +241,42 @@ def number(value: float, digits: int = 4, decimals: int = 0, *, mark: str = ".")
     if power:
         text = f"{text}e{int(power)}"
     return text.replace(".", mark)
+
+
+def one_sided(
+    value: float, is_up: bool, others: ArrayLike, digits: int, decimals: int = 0, mark: str = "."
+) -> str:
+    """Return the shortest text on one side of a number, which is nearer to it than others are.
+
+    Typed as a limit, it has the effect of the number. One of up to three decimals has all its
+    digits.
+
+    Args:
+        value: The number.
+        is_up: Whether the text must not be less than the number, else not more.
+        others: The others; equal ones do not count.
+        digits: The least digits.
+        decimals: As for :func:`number`.
+        mark: The decimal mark.
+
+    Example:
+        >>> one_sided(2 / 3, True, [], 4), one_sided(2 / 3, False, [0.66663], 4)
+        ('0.6667', '0.66666')
+        >>> one_sided(4.000001, True, [4.0], 4), one_sided(0.1 + 0.2, True, [], 4)
+        ('4.000001', '0.3001')
+    """
+    value = float(value)
+    distances = np.abs(np.asarray(others, dtype=np.float64) - value)
+    nearest = distances[distances > 0].min(initial=np.inf)
+    as_given = f"{value:.{_MOST}g}"
+    if "e" not in as_given and len(as_given.partition(".")[2]) <= _AS_GIVEN:
+        digits = max(digits, len(as_given.replace(".", "").lstrip("-0")))
+    rounding = ROUND_CEILING if is_up else ROUND_FLOOR
+    for n_digits in range(digits, _ALL_DIGITS):
+        rounded = float(Context(n_digits, rounding).create_decimal(repr(value)))
+        if abs(rounded - value) < nearest:
+            return number(rounded, n_digits, decimals, mark=mark)
+    return number(value, _ALL_DIGITS, decimals, mark=mark)
 
 
 def percent(share: float, mark: str = ".") -> str:

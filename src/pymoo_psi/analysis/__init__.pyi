@@ -19,6 +19,7 @@ from ._costs import counts_sentence as counts_sentence
 from ._costs import failure_sentences as failure_sentences
 from ._costs import limit_words as limit_words
 from ._costs import none_left_reason as none_left_reason
+from ._costs import text_beyond as text_beyond
 from ._costs import within_limits as within_limits
 from ._positions import beyond_limits as beyond_limits
 from ._positions import decision_sentences as decision_sentences
@@ -28,7 +29,6 @@ from ._positions import positions_frame as positions_frame
 from ._positions import ranking_without_limits as ranking_without_limits
 from ._positions import rows_by_name as rows_by_name
 from ._positions import separation_sentences as separation_sentences
-from ._positions import text_beyond as text_beyond
 from ._positions import written_limits as written_limits
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import confidence_sentences as confidence_sentences

@@ -14,16 +14,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from itertools import permutations
 from operator import itemgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import operand
-from pymoo_psi._numbers import number
+from pymoo_psi._numbers import number, one_sided
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
-from pymoo_psi.analysis._switching import rounded_text
 from pymoo_psi.pareto import listed
 from pymoo_psi.table import (
     EQUALITY,
@@ -48,6 +47,7 @@ _LEAST_RIGHT = 0.9
 # The probability that one of the rules that are tried separates as many failures by chance is at
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
+_DIGITS = 5  # of a value beyond its limit
 _ROUNDING = 1e-12  # the relative difference of ratios that are equal but for rounding
 _MOST_TESTS = 1024
 
@@ -79,7 +79,7 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     mask, names = table.violations()
     alone = _alone(mask)
     schema = table.schema
-    limits = _limits(table)
+    limits = [limit for _, limit in all_limits(table)]
     is_text = [limit.texts is not None for limit in limits]
     columns = {
         "lower": np.where(is_text, np.nan, [limit.lower for limit in limits]),
@@ -103,12 +103,12 @@ def _alone(violated: Mask) -> Mask:
     return np.asarray(violated & (violated.sum(axis=1, keepdims=True) == 1))
 
 
-def _limits(table: TestTable) -> list[Limit]:
-    """Return the constraints of a table as limits on their values, and then its limits."""
+def all_limits(table: TestTable) -> list[tuple[str, Limit]]:
+    """Return the constraints of a table, as limits on their values, and then its limits."""
     schema = table.schema
     limits = [Limit(upper=0.0)] * len(schema.with_role(INEQUALITY))
     limits += [Limit(-schema.eq_tolerance, schema.eq_tolerance)] * len(schema.with_role(EQUALITY))
-    return [*limits, *table.limits.values()]
+    return [*zip(schema.constraints, limits, strict=True), *table.limits.items()]
 
 
 def limit_words(table: TestTable) -> list[str]:
@@ -116,7 +116,7 @@ def limit_words(table: TestTable) -> list[str]:
     constraints = table.schema.constraints
     units = table.schema.units
     texts = []
-    for name, limit in zip((*constraints, *table.limits), _limits(table), strict=True):
+    for name, limit in all_limits(table):
         text = limit.in_words(name, units.get(name, ""), table.decimal)
         if name in constraints and re.search("[<=>]", name):  # the name says it
             text = name
@@ -125,6 +125,14 @@ def limit_words(table: TestTable) -> list[str]:
                 text = stated.in_words(column, units.get(column, ""), table.decimal)
         texts.append(text)
     return texts
+
+
+def text_beyond(value: Any, limit: Limit, mark: str) -> str:
+    """Return a value that violates a limit: as a limit, the text of a number would let it in."""
+    if not isinstance(value, float):
+        return str(value)
+    end = limit.upper if value > limit.upper else limit.lower
+    return one_sided(value, value > limit.upper, [end], _DIGITS, mark=mark)
 
 
 def _missing_texts(table: TestTable) -> list[str]:
@@ -203,9 +211,7 @@ def none_left_reason(table: TestTable) -> str:
             nearest = values[limit.excess(name, values).argmin()]
             fact = f"none of them has a value of {name}"
             if np.isfinite(nearest):
-                # Such a limit lets it in.
-                is_up = nearest > limit.upper
-                text = rounded_text(nearest, values, is_up, 4, 0, table.decimal)
+                text = text_beyond(nearest, limit, table.decimal)
                 fact = f"the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
             remedy += f"; {fact}"
     else:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymoo_psi._numbers import number, percent
 from pymoo_psi._validation import Array, Entries, Names
-from pymoo_psi.analysis._costs import limit_words
+from pymoo_psi.analysis._costs import all_limits, limit_words, text_beyond
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     capital,
@@ -25,8 +25,6 @@ from pymoo_psi.table import Limit, TestTable, limits_of
 if TYPE_CHECKING:
     import pandas as pd
 
-_DIGITS = 5  # of a value, if they show that it is beyond its limit
-_ALL_DIGITS = 17  # of a float64
 _TIE = 1e-9  # regrets that differ by less are equal
 
 
@@ -77,16 +75,13 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
         {'f1': 'f1 at most 1.5 (2)'}
     """
     mask, _ = table.violations()
-    columns = [*table.schema.constraints, *table.limits]
-    words = limit_words(table)
     texts = {}
-    for k in np.flatnonzero(mask[row]):
-        value = table.column(columns[k])[row]
-        limit = table.limits.get(columns[k])
-        if isinstance(value, float):
-            value = text_beyond(value, limit, table.decimal)
-        value = f"{value} {table.schema.units.get(columns[k], '')}".strip()
-        texts[columns[k]] = f"{words[k]} ({value})"
+    limits = zip(mask[row], all_limits(table), limit_words(table), strict=True)
+    for is_violated, (name, limit), words in limits:
+        if is_violated:
+            value = text_beyond(table.column(name)[row], limit, table.decimal)
+            value = f"{value} {table.schema.units.get(name, '')}".strip()
+            texts[name] = f"{words} ({value})"
     return texts
 
 
@@ -96,18 +91,6 @@ def _words_beyond(table: TestTable, name: str) -> str:
     if not texts:
         return ""
     return f"beyond {listed([*texts.values()])}"
-
-
-def text_beyond(value: float, limit: Limit | None, mark: str) -> str:
-    """Return a number that is beyond a limit, with the digits that show it; None is a constraint.
-
-    What is written of 4.000001 with five digits would be within a limit of 4.
-    """
-    for digits in range(_DIGITS, _ALL_DIGITS + 1):
-        written = float("".join(number(value, digits).split()))  # thousands are apart
-        if limit is None or not limit.lower <= written <= limit.upper:
-            break
-    return number(value, digits, mark=mark)
 
 
 def position_sentences(table: TestTable) -> list[str]:

@@ -22,13 +22,12 @@ so, is ranked, as rounding decides.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimals_as_given, number
+from pymoo_psi._numbers import decimals_as_given, one_sided
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -47,9 +46,6 @@ from pymoo_psi.table import Limit, TestTable, require_table
 if TYPE_CHECKING:
     import pandas as pd
 
-_ALL_DIGITS = 17  # of a float64
-_AS_GIVEN = 3  # decimals
-_SAFE_DIGITS = 12  # of these, without the rounding of a calculation
 _MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
 
 
@@ -343,34 +339,5 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> 
     if row["direction"] == "looser":
         tests = _without_end(table, column, row["end"])
     cells = tests.column(column)[tests.feasible()].astype(np.float64)
-    text = rounded_text(row["value"], cells, is_up, digits, decimals, table.decimal)
+    text = one_sided(row["value"], is_up, cells, digits, decimals, table.decimal)
     return f"{text} {table.schema.units.get(column, '')}".strip()
-
-
-def rounded_text(
-    value: float, cells: Array, is_up: bool, least_digits: int, decimals: int, mark: str
-) -> str:
-    """Return a value rounded up or down, with more digits where designs lie between.
-
-    One of up to three decimals is written as it is, without the rounding of a calculation.
-
-    Args:
-        value: The value.
-        cells: ``(n,)`` the values of the designs.
-        is_up: Whether it is rounded up.
-        least_digits: The least digits.
-        decimals: The least decimals.
-        mark: The decimal mark.
-    """
-    safe = f"{value:.{_SAFE_DIGITS}g}"  # 9.799999999999999 is 9.8
-    if "e" not in safe and len(safe.partition(".")[2]) <= _AS_GIVEN:
-        return number(float(safe), _SAFE_DIGITS, decimals, mark=mark)
-    others = cells[cells != value]
-    rounded = value
-    for digits in range(least_digits, _ALL_DIGITS + 1):
-        context = Context(prec=digits, rounding=ROUND_CEILING if is_up else ROUND_FLOOR)
-        text = safe if digits <= _SAFE_DIGITS else repr(float(value))
-        rounded = float(context.create_decimal(text))
-        if not ((others >= min(value, rounded)) & (others <= max(value, rounded))).any():
-            break
-    return number(rounded, digits, decimals, mark=mark)

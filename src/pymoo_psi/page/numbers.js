@@ -87,15 +87,15 @@ function written({texts, notation}, value) {
 const amount = (column, value, ranking) => withUnit({unit: column.unit === "%" ? "points" : column.unit}, short(value, 3, decimalsOf(column, ranking)))
 const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
-// A value rounded up or down to six digits, or more where one of others lies between; and the digits.
-// One of up to three decimals is as it is, without the rounding of a calculation.
+// A value rounded up or down to six digits, or more, until none of others is as near; and the digits.
+// One of up to three decimals has all its digits.
 function inDigits(value, others, isUp) {
-  const safe = Number(value.toPrecision(12))
-  if (/^-?\d{1,12}(\.\d{1,3})?$/.test(safe)) return [safe, 12]
-  for (let digits = 6; digits < 17; digits++) {
+  const given = String(Number(value.toPrecision(12)))
+  const isShort = /^-?\d{1,12}(\.\d{1,3})?$/.test(given)
+  for (let digits = isShort ? max(6, given.replace(/^[-0.]+|\./g, "").length) : 6; digits < 17; digits++) {
     const options = {maximumSignificantDigits: digits, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}
-    const near = Number(new Intl.NumberFormat("en", options).format(digits > 12 ? value : safe))
-    if (!others.some((other) => other !== value && other >= min(value, near) && other <= max(value, near))) return [near, digits]
+    const near = Number(new Intl.NumberFormat("en", options).format(value))
+    if (!others.some((other) => other !== value && abs(other - value) <= abs(near - value))) return [near, digits]
   }
   return [value, 17]
 }

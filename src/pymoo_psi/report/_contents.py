@@ -386,10 +386,7 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     excess = limit.excess(name, table.column(name))
     if excess.min() == 0:  # some are within it
         return ""
-    value = table.column(name)[excess.argmin()]
-    nearest = str(value)
-    if isinstance(value, float):
-        nearest = text_beyond(value, limit, table.decimal)
+    nearest = text_beyond(table.column(name)[excess.argmin()], limit, table.decimal)
     return f"The nearest value is {_with_unit(table, name, nearest)}."
 
 
