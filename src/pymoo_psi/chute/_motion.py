@@ -391,15 +391,9 @@ def trajectory(
     whole = motion(u1, v_p, parameters)
     slip_end = float(whole.slip_end)
     slip_time = float(whole.slip_time)
+    eta, slipping = _points(float(whole.reached), slip_end, integer("n", n, minimum=2))
 
-    # The points: η1 twice, as the last slipping and as the first rolling one.
-    points = np.linspace(0.0, float(whole.reached), integer("n", n, minimum=2))
-    slips_then_rolls = 0 < slip_end < 1
-    if slips_then_rolls:
-        points = np.append(points[points != slip_end], [slip_end, slip_end])
-        points.sort()
-
-    # The states: every point is the end of a shorter way for the solver of the motion.
+    # Every point is the end of a shorter way for the solver of the motion.
     length = np.hypot(1.0, u1)
     a = u1 / length
     b = mu / length
@@ -407,30 +401,39 @@ def trajectory(
     vx0 = c - r * wy0
     vy0 = r * wx0 - v_p
     with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
-        at = move(np, *np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
+        at = move(np, *np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, eta * length))
     time = at.time
     slip = np.column_stack([at.vx, at.vy])
-    slipping = ~(points >= slip_end)  # everywhere if slip does not end
-    is_end = points == slip_end
-    time[is_end] = slip_time
-    slip[is_end] = 0.0
-    if slips_then_rolls:
-        slipping[is_end.argmax()] = True
+    time[eta == slip_end] = slip_time
+    slip[eta == slip_end] = 0.0
 
     # The forces, over m g.
     friction = -b * _direction(slip, tau, vx0, vy0)
     friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
-    plane = np.full(len(points), 1.0 / length)
-    wall = np.abs(friction[:, 1])
-    normal = np.column_stack([plane, wall])
+    normal = np.column_stack([np.full(len(eta), 1.0 / length), np.abs(friction[:, 1])])
 
     # The spins follow from the velocity of the contact point.
     wx = (slip[:, 1] + v_p) / r
     wy = (at.speed - slip[:, 0]) / r
-    spin = np.column_stack([wx, wy, np.full(len(points), wz0)])
+    spin = np.column_stack([wx, wy, np.full(len(eta), wz0)])
     return Trajectory(
-        points, time, at.speed, spin, slip, friction, normal, slipping, slip_end, slip_time
+        eta, time, at.speed, spin, slip, friction, normal, slipping, slip_end, slip_time
     )
+
+
+def _points(reached: float, slip_end: float, n: int) -> tuple[Array, Mask]:
+    """Return n points η along the way, and whether the sphere slips there.
+
+    Where slip ends on the way, η1 is there twice: the last slipping and the first rolling point.
+    """
+    eta = np.linspace(0.0, reached, n)
+    if not 0 < slip_end < 1:
+        return eta, ~(eta >= slip_end)  # everywhere if slip does not end
+    eta = np.append(eta[eta != slip_end], [slip_end, slip_end])
+    eta.sort()
+    slipping = eta < slip_end
+    slipping[slipping.argmin()] = True
+    return eta, slipping
 
 
 def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
