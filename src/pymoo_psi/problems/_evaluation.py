@@ -188,7 +188,10 @@ class CheckedFunction:
             if len(X) == 1:
                 return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
-        out["failure"] = _clear_failures(out, self._stated(raw, len(X)))
+        reasons = np.full(len(X), "", dtype=object)
+        if isinstance(self.problem, Wrapper) and self.problem.gives_reasons:
+            reasons[:] = raw["failure"]
+        out["failure"] = _clear_failures(out, reasons)
         _warn_of_failure(raw)
         for name, value in raw.items():
             if name in out or not isinstance(value, (list, np.ndarray)):
@@ -206,15 +209,6 @@ class CheckedFunction:
                 array[np.isnan(array)] = self.problem.replace_nan_values_by
             values[name] = array
         return values
-
-    def _stated(self, raw: Entries, n: int) -> AnyArray:
-        """Return ``(n,)`` the reasons of failures that a wrapper gives with its values, or ""."""
-        reasons = np.full(n, "", dtype=object)
-        if isinstance(self.problem, Wrapper) and self.problem.gives_reasons:
-            for i, reason in enumerate(raw.get("failure", ())):
-                if isinstance(reason, str):
-                    reasons[i] = reason
-        return reasons
 
     def _in_parts(self, X: Any) -> Values:
         """Evaluate designs in parts or one by one."""

@@ -50,21 +50,17 @@ def problem_schema(
     default = _default_schema(problem, space)
     known_names("names", new_names, default.names)
     schema = default.changed(name=new_names)
+    # The attributes of a problem name columns by default or by names of its own.
     renamed = dict(zip(default.names, schema.names, strict=True))
-    for name, title in titles.items():  # the problem's own names
+    for name, title in titles.items():
         renamed[title] = new_names.get(name, name)
 
     stated = name_list("maximize", getattr(problem, "maximize", None) or ())
-    own_maximize = [renamed.get(title, title) for title in stated]
+    own_maximize = [renamed.get(name, name) for name in stated]
     if maximize is None:
         maximize = own_maximize
-    if maximize and names is None and not {*own_maximize} <= {*maximize}:
-        raise invalid(
-            "maximize",
-            f"a list that includes the problem's own, {', '.join(own_maximize)}",
-            maximize,
-            "or change the problem's attribute",
-        )
+    elif maximize and names is None:
+        _require_own(own_maximize, maximize)
     if units is None:
         own_units = unit_texts(getattr(problem, "units", None) or {}).items()
         units = {renamed.get(name, name): unit for name, unit in own_units}
@@ -74,6 +70,17 @@ def problem_schema(
     schema = schema.with_columns(*outputs).with_units(units)
     known_names("maximize", maximize, (*schema.objectives, *schema.outputs))
     return schema.changed(maximize=dict.fromkeys(maximize, True))
+
+
+def _require_own(own_maximize: Collection[str], maximize: Collection[str]) -> None:
+    """Refuse to minimize an objective that the problem itself maximizes."""
+    if not {*own_maximize} <= {*maximize}:
+        raise invalid(
+            "maximize",
+            f"a list that includes the problem's own, {', '.join(own_maximize)}",
+            maximize,
+            "or change the problem's attribute",
+        )
 
 
 def _default_schema(problem: Any, space: DesignSpace) -> Schema:

@@ -148,13 +148,13 @@ class Robust(Wrapper):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        # Names and units are those of the problem, but for its constraints.
+        # Names and units are those of the variables and objectives of the problem.
         schema = problem_schema(nominal, self.space)
+        self._constraints = schema.constraints
+        schema = schema.without((*schema.constraints, *schema.outputs))
         self.names = dict(zip(self.space.variable_names, schema.variables, strict=True))
         self.names |= numbered("f", schema.objectives)
-        names = self.names.values()
-        self.units = {name: unit for name, unit in schema.units.items() if name in names}
-        self._constraints = schema.constraints
+        self.units = schema.units
 
     def name(self) -> str:
         """Return the name of the wrapped problem, marked as robust.
