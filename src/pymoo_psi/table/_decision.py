@@ -230,18 +230,25 @@ class Decision:
             ) from None
 
 
-def decision_of(formulation: Formulation | Decision | None) -> Decision:
-    """Return a decision as it is, and a formulation as a decision without a choice.
+def decision_of(
+    formulation: Formulation | Decision | None, former: Decision = Decision()
+) -> Decision:
+    """Return a decision as it is, and a formulation as that of a former decision.
+
+    Args:
+        formulation: A formulation or decision; None is the former decision.
+        former: What people decided before.
 
     Raises:
         ArgumentTypeError: It is neither.
     """
     if formulation is None:
-        return Decision()
+        return former
     if isinstance(formulation, Decision):
         return formulation
     remedy = "such as Formulation(['mass', 'cost']); limits have a name, as limits={'mass': 30}"
-    return Decision(instance("formulation", formulation, Formulation, remedy))
+    stated = instance("formulation", formulation, Formulation, remedy)
+    return replace(former, formulation=stated)
 
 
 class _Position(msgspec.Struct, forbid_unknown_fields=True):

@@ -310,19 +310,9 @@ class TestTable(View, Shown):
             >>> free.under(limits={"mass": 1.5}).pareto()
             array([ True, False, False])
         """
-        for name in fields:
-            known_name("an argument of under()", name, FormulationFields.__annotations__)
-        given = self.decision if formulation is None else decision_of(formulation)
-        stated = replace(given.formulation, **fields)
-        # What the table's own formulation says of these objectives.
-        own = replace(self.formulation, objectives=self.schema.objectives)
-        own = own.with_objectives(stated.objectives or self.evaluated.objectives)
-        if formulation is None:
-            stated = replace(replace(stated, maximize=own.maximize, ranges=own.ranges), **fields)
-        if stated.ranges is None:
-            stated = replace(stated, ranges=own.ranges)
-        decision = given if isinstance(formulation, Decision) else self.decision
-        table = replace(self, decision=replace(decision, formulation=stated))
+        decision = decision_of(formulation, self.decision)
+        asked = decision.formulation.after(self.formulation, self.evaluated.objectives, **fields)
+        table = replace(self, decision=replace(decision, formulation=asked))
         table._require_fit()
         return table
 
