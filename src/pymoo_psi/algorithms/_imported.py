@@ -17,7 +17,7 @@ from pymoo_psi._validation import Columns, Integers, Names, Received, Rows, coun
 from pymoo_psi.algorithms._laboratory import ROUNDED, design_value, mark_of, with_computed
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import RunOptions
-from pymoo_psi.algorithms._store import Store
+from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import read_table
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import problem_identity
@@ -87,7 +87,7 @@ def import_tests(problem: Any, source: Any, options: RunOptions) -> TestTable:
     if not model.noisy:
         _require_same_results(tested, first_of(model.schema.keys(results)))
     identity = _identity(source, results)
-    store = Store(model, options, lambda: identity)
+    store = StudyStore(model, options, lambda: identity)
     _restore_digits(results, store.study.contents()[1], model.schema.variables)
     remarks = [*table.remarks, *_left_out(table, results)]
     results = with_computed(store.study.facts().head, results, tested.names, remarks)
@@ -229,7 +229,7 @@ def _contradictions(tests: TestTable, stored: TestTable, numbers: Integers) -> l
     return [f"{n} with other results in the study, which stay, the first {tests.names[rows[0]]}."]
 
 
-def _keep(store: Store, model: Model, tests: TestTable, remarks: list[str]) -> tuple[int, int]:
+def _keep(store: StudyStore, model: Model, tests: TestTable, remarks: list[str]) -> tuple[int, int]:
     """Store the tests that a study does not have, and complete others if the model is not noisy.
 
     Returns:

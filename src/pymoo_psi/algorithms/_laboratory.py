@@ -32,7 +32,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.algorithms._model import Model, with_options
 from pymoo_psi.algorithms._sources import RunOptions, unit_points
-from pymoo_psi.algorithms._store import Store
+from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.files import is_blank, source_columns
 from pymoo_psi.problems import require_no_permutation, requirements_of
 from pymoo_psi.study import Database, Proposal, Study
@@ -204,7 +204,7 @@ def ask_tests(
     def identity() -> str:
         return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
 
-    store = Store(model, options, identity)
+    store = StudyStore(model, options, identity)
     with store.writing():
         with store.study.reading() as database:
             laboratory = _Laboratory(database)
@@ -223,7 +223,7 @@ def ask_tests(
 def _proposals(
     model: Model,
     options: RunOptions,
-    store: Store,
+    store: StudyStore,
     laboratory: _Laboratory,
     n: int,
     n_surrogates: int,

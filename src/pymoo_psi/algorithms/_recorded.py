@@ -16,7 +16,7 @@ from pymoo_psi.algorithms._executor import Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._run import Run
 from pymoo_psi.algorithms._sources import ByName, PlannedPoints, Points, Retry, RunOptions
-from pymoo_psi.algorithms._store import Store, stored_at_termination
+from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -129,7 +129,7 @@ class Recorded(WithTable, Wrapper):
             raise invalid("problem", rule, Received(problem_name(evaluated)))
         self._model = Model(evaluated, options)
         # Tests are found by their designs; only designs without one become points.
-        self._store = Store(
+        self._store = StudyStore(
             self._model, options, lambda: f"{BY_ALGORITHM} (Recorded)", recalls=False
         )
         self._executor = Executor(self._model, options, together=True)
@@ -242,7 +242,7 @@ class Recorded(WithTable, Wrapper):
             if not numbers.any():
                 return {}
             columns = database.tests_with(numbers)
-        columns = store.made(columns)
+        columns = store.without_unmade(columns)
         tests = store.table(columns, TEST)
         left_out: set[int] = set()
         if retries:

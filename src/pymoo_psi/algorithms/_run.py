@@ -37,7 +37,7 @@ from pymoo_psi.algorithms._sources import (
     Source,
     unit_points,
 )
-from pymoo_psi.algorithms._store import Store, renumbered, stored_at_termination
+from pymoo_psi.algorithms._store import Store, renumbered, store_of, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import require_no_permutation
 from pymoo_psi.study import LAST, further_tests
@@ -458,7 +458,7 @@ def run_of_sequence(
     sampling = options.sampling_in(n_dim)
     n_first = n_first or LAST
     n_sampled = min(n_points, n_first)
-    store = Store(model, options, lambda: sampling.identity(n_sampled, options.seed) + method)
+    store = store_of(model, options, lambda: sampling.identity(n_sampled, options.seed) + method)
     n_all = store.total(n_points)
     points = unit_points(options, min(n_all, n_first), n_dim)
     store.plan(n_all)

@@ -1,9 +1,8 @@
-"""The store of a run: it recalls and keeps tests in a study, or does nothing without one."""
+"""The store of a run, which recalls and keeps tests if the run has a study."""
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import signal
 import sys
@@ -54,15 +53,12 @@ _SECONDS = 0.5
 
 
 class Store:
-    """The store of a run, which keeps its tests in a study; without one it keeps nothing.
-
-    The tests of a run are numbered by their test points here and in the run; see :meth:`numbered`.
+    """The store of a run without a study: its tests are in memory alone, and it recalls none.
 
     Args:
         model: The model of the run.
         options: The options of the run.
         sampling: Returns what a study calls the origin of the points.
-        recalls: Whether the points of a run may have tests already.
 
     Attributes:
         empty: A table without tests: the columns that the problem promises, and what makes its
@@ -70,15 +66,99 @@ class Store:
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
         n_planned: How many points earlier calls have planned for the run.
-        study: The study; only if there is one.
+    """
+
+    advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
+
+    def __init__(self, model: Model, options: RunOptions, sampling: Callable[[], str]) -> None:
+        self.empty = _table_of_run(model, options, sampling)
+        self.origin = ""
+        self.n_planned = 0
+
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep other processes from adding to the run during the body of a ``with`` statement."""
+        return nullcontext()
+
+    def recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points, by number, without those to be retried."""
+        return self.empty
+
+    def known(self) -> TestTable:
+        """Return the stored tests of the run, without those to be retried."""
+        return self.empty
+
+    def others(self) -> TestTable:
+        """Return the tests of other runs of the same model, without those to be retried."""
+        return self.empty
+
+    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
+        """Store tests, and what each of them took; return how many are new or replaced."""
+        return 0
+
+    def numbered(self, tests: TestTable) -> TestTable:
+        """Return tests of the run by the numbers that they have in the study, each once.
+
+        If these are not those of the points, columns say the run and the points.
+        """
+        return tests
+
+    def remember_once(self, name: str, value: Any) -> Any:
+        """Remember a value of the run by name, if it has none; return the remembered one."""
+        return value
+
+    def total(self, n_points: int) -> int:
+        """Return how many points the run has in all if ``n_points`` are asked for.
+
+        Those that are asked for as further ones are none while others, asked for before, are not
+        tested.
+        """
+        return n_points
+
+    def plan(self, n_points: int) -> None:
+        """Note how many points the run is asked for."""
+
+    def requests(self) -> list[Values]:
+        """Return what people have asked of the run since the last call, in the order of time.
+
+        The first call returns what still holds of what was asked before.
+        """
+        return []
+
+    def answer(self, request: Values) -> None:
+        """Store a request with the answer of the run, unless the file is busy."""
+
+    def proposals(self) -> list[Proposal]:
+        """Return all stored proposals, by number."""
+        return []
+
+    def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
+        """Store proposals; return those that are stored under their numbers now."""
+        return proposals
+
+
+class StudyStore(Store):
+    """The store of a run in a study.
+
+    Its tests are on the disk alone: each method reads anew what it returns, with what other
+    processes have added, and commits what it writes before it returns. When tests are kept is the
+    decision of the run, as a commit takes some milliseconds.
+
+    Within a run, tests are numbered by their points; see :meth:`numbered`.
+
+    Args:
+        model: The model of the run.
+        options: The options of the run, with a study.
+        sampling: Returns what the study calls the origin of the points.
+        recalls: Whether the points of the run may have tests already.
+
+    Attributes:
+        study: The study.
         run: The number of the run in it.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
         StudyError: The study belongs to another model, or cannot be used.
     """
-
-    study: Study
 
     def __init__(
         self,
@@ -88,37 +168,27 @@ class Store:
         *,
         recalls: bool = True,
     ) -> None:
-        self.empty = _table_of_run(model, options, sampling)
-        self.advice = (
-            "no test is kept; with study='FILE.db' the same call would go on from the last"
-        )
-        self.origin = ""
-        self.n_planned = 0
+        super().__init__(model, options, sampling)
+        self.study = _study_of(options)
         self._model = model
         self._options = options
-        self._keeps = options.study is not None
-        self._recalls = recalls and self._keeps
-        self._has_other_runs = False
-        # how many requests were read; None before the first look
-        self._n_requests: int | None = None
-        self._next_look = math.inf  # the time at which requests are read again
-        if self._keeps:
-            self._begin(_study_of(options))
+        self._recalls = recalls
+        self._n_requests: int | None = None  # how many were read; None before the first look
+        self._next_look = 0.0  # the time at which requests are read again
+        self._begin()
 
-    def _begin(self, study: Study) -> None:
+    def _begin(self) -> None:
         """Begin the run in the study, or go on with it."""
         model = self._model
         options = self._options
-        self.study = study
-        self._next_look = 0.0
         points = str((self.empty.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = points.partition(" from ")[0]
-        self.advice = f"tests are kept in study {study.path}; the same call goes on from there"
+        self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
         head = _head_of_run(self.empty, model)
         share = options.part if options.part.of > 1 else None
         identity = _identity_of_run(head, points, model)
-        facts, run = study.begin(head, identity, share, model.revised)
+        facts, run = self.study.begin(head, identity, share, model.revised)
         model.awaited.difference_update(facts.head["outputs"])
         self.run = run.number
         self._planned = run.planned
@@ -132,13 +202,11 @@ class Store:
             self.remember_once("command", command)
 
     def writing(self) -> AbstractContextManager[None]:
-        """Keep other processes from adding to the run during the body of a ``with`` statement."""
-        if not self._keeps:
-            return nullcontext()
+        """See :class:`Store`."""
         return self.study.writing(self.run)
 
     def recall(self, points: Points) -> TestTable:
-        """Return the stored tests of points, by number, without those to be retried."""
+        """See :class:`Store`."""
         if not self._recalls:
             return self.empty
         numbers = points.numbers
@@ -152,20 +220,18 @@ class Store:
         return tests.take(np.isin(tests.numbers, numbers))
 
     def known(self) -> TestTable:
-        """Return the stored tests of the run, without those to be retried."""
-        if not self._keeps:
-            return self.empty
+        """See :class:`Store`."""
         return self._stored(1, LAST)
 
     def _stored(self, first: int, last: int) -> TestTable:
         """Return the tests of test points ``first`` to ``last`` without those to be retried."""
         with self.study.reading() as database:
             columns = database.tests_of_run(self.run, first, last)
-        columns = self.made(columns)
+        columns = self.without_unmade(columns)
         tests = self.table(columns, POINT)
         return tests.take(~self.are_retried(tests, columns))
 
-    def made(self, columns: Columns) -> Columns:
+    def without_unmade(self, columns: Columns) -> Columns:
         """Return columns of stored tests without unmade ones, which are removed from the study.
 
         A run at work under other requirements may have added them after this one has begun.
@@ -198,7 +264,7 @@ class Store:
         return replace(tests, decision=Decision(), remarks=())
 
     def others(self) -> TestTable:
-        """Return the tests of other runs of the same model, without those to be retried."""
+        """See :class:`Store`."""
         if not self._has_other_runs:
             return self.empty
         columns = self.study.contents()[1]
@@ -225,9 +291,7 @@ class Store:
         return with_remark_on_lacks(table_with(schema, columns), columns, self._model.formulation)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> int:
-        """Store tests, and what each of them took; return how many are new or replaced."""
-        if not self._keeps:
-            return 0
+        """See :class:`Store`."""
         columns = columns_of(tests, POINT)
         for name in tests.schema.outputs:
             if name in ADDED:
@@ -245,17 +309,10 @@ class Store:
         )
 
     def numbered(self, tests: TestTable) -> TestTable:
-        """Return tests of the run by the numbers that they have in the study, each once.
-
-        If these are not those of the points, columns say the run and the points.
-        """
-        if not self._keeps:
-            return tests
+        """See :class:`Store`."""
         with self.study.reading() as database:
             n_runs = database.count("runs")
             n_stored = database.count("tests WHERE status NOT NULL")
-            if n_runs == 1 and n_stored == database.count("plan WHERE test NOT NULL"):
-                return replace(tests, n_stored=n_stored)
             test_of = database.tests_of_points(self.run)
         numbers = np.array([test_of[point] for point in tests.numbers.tolist()], dtype=np.int64)
         numbers, first = np.unique(numbers, return_index=True)
@@ -268,9 +325,7 @@ class Store:
         return replace(renumbered(tests, numbers), n_stored=n_stored)
 
     def remember_once(self, name: str, value: Any) -> Any:
-        """Remember a value of the run by name, if it has none; return the remembered one."""
-        if not self._keeps:
-            return value
+        """See :class:`Store`."""
         with self.study.changes() as database:
             record = database.record(self.run)
             if name not in record:
@@ -278,11 +333,7 @@ class Store:
             return record[name]
 
     def total(self, n_points: int) -> int:
-        """Return how many points the run has in all if ``n_points`` are asked for.
-
-        Those that are asked for as further ones are none while others, asked for before, are not
-        tested.
-        """
+        """See :class:`Store`."""
         if not self._options.more:
             return n_points
         first = self._options.first
@@ -295,19 +346,15 @@ class Store:
         return n_planned
 
     def plan(self, n_points: int) -> None:
-        """Note how many points the run is asked for."""
+        """See :class:`Store`."""
         ends = [self._options.first, self._options.first + n_points - 1]
-        if self._keeps and ends not in self._planned:
+        if ends not in self._planned:
             with self.study.changes() as database:
                 planned = database.record(self.run).get("planned", ())
                 database.record(self.run, planned=[*planned, ends])
 
     def requests(self) -> list[Values]:
-        """Return what people have asked of the run since the last call, in the order of time.
-
-        The study is read twice a second. The first call returns what still holds of what was asked
-        before.
-        """
+        """See :class:`Store`; the study is read twice a second."""
         now = time.monotonic()
         if now < self._next_look:
             return []
@@ -326,22 +373,25 @@ class Store:
         return requests
 
     def answer(self, request: Values) -> None:
-        """Store a request with the answer of the run, unless the file is busy."""
+        """See :class:`Store`."""
         with suppress(StudyAccessError), self.study.changes() as database:
             database.steer(request | {"run": self.run})
 
     def proposals(self) -> list[Proposal]:
-        """Return all stored proposals, by number."""
-        if not self._keeps:
-            return []
+        """See :class:`Store`."""
         return self.study.proposals(self.run)
 
     def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
-        """Store proposals; return those that are stored under their numbers now."""
-        if not self._keeps:
-            return proposals
+        """See :class:`Store`."""
         with self.writing(), self.study.changes() as database:
             return database.propose(self.run, proposals)
+
+
+def store_of(model: Model, options: RunOptions, sampling: Callable[[], str]) -> Store:
+    """Return the store of a run, with a study if the options have one; see :class:`StudyStore`."""
+    if options.study is None:
+        return Store(model, options, sampling)
+    return StudyStore(model, options, sampling)
 
 
 def _study_of(options: RunOptions) -> Study:
