@@ -5,7 +5,7 @@ import pytest
 
 from pymoo_psi import CompromiseProgramming, acceptability, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import weights_sentence
+from pymoo_psi.pareto import weight_shares, weights_sentence
 from tests.helpers.refusals import refused
 
 # Two and three objectives whose range over the Pareto set is 0 to 1.
@@ -65,7 +65,7 @@ def test_an_objective_equal_for_all_has_no_weight(constant):
 def test_almost_all_weights_are_not_all():
     """The middle is the best for all weights if it is at 10^-1/2 or less."""
     ranking = rank_of_efficiency([[0.0, 1.0], [0.3163, 0.3163], [1.0, 0.0]])
-    assert "in more than 99 % of the cases" in weights_sentence(ranking, 1)
+    assert "in more than 99 % of the cases" in weights_sentence(ranking, 1, weight_shares(ranking))
 
 
 @pytest.mark.parametrize(("n", "n_weights"), [(10_000, 8192), (10_001, 2048)])

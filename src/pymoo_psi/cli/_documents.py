@@ -64,6 +64,7 @@ from pymoo_psi.pareto import (
     explain,
     measured_in,
     ranking_frame,
+    weight_shares,
     weights_sentence,
     wrapped,
 )
@@ -163,7 +164,7 @@ def _say_all(table: TestTable, cautions: Sequence[Caution], head: Names, notes: 
         *proposal(table, cautions),
         *(f"Caution: {caution}" for caution in cautions),
         *steps,
-        weights_sentence(ranking, why.row),
+        weights_sentence(ranking, why.row, weight_shares(ranking)),
         *switching_sentences(table),
         f"Places are by the distance from the best values. {measured_in(ranking)}.",
         *notes,

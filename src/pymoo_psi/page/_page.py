@@ -19,7 +19,7 @@ from pymoo_psi._validation import Entries, Names, Received, counted, invalid, kn
 from pymoo_psi.analysis import confidence_sentences, failure_sentences
 from pymoo_psi.files import read_table
 from pymoo_psi.page._payload import payload, roles, values_of
-from pymoo_psi.pareto import cautions, weights_sentence
+from pymoo_psi.pareto import cautions_with_weights, weight_shares, weights_sentence
 from pymoo_psi.table import Decision, Formulation, Limit, TestTable
 
 # A policy that forbids other scripts and styles, and requests but to a source. Its last part makes
@@ -239,8 +239,9 @@ def page_of_tests(
     if table.feasible().any():
         ranking = table.feasible_ranking()
         best = int(ranking.salukvadze[0])
-        reasons += map(str, cautions(ranking))
-        weights = weights_sentence(ranking, best)
+        shares = weight_shares(ranking)
+        reasons += map(str, cautions_with_weights(ranking, shares))
+        weights = weights_sentence(ranking, best, shares)
         if weights in reasons:
             weights = ""
         confidence += confidence_sentences(table, best)

@@ -21,6 +21,7 @@ from ._representatives import representatives as representatives
 from ._acceptability import weight_shares as weight_shares
 from ._acceptability import weights_sentence as weights_sentence
 from ._cautions import cautions_of_distances as cautions_of_distances
+from ._cautions import cautions_with_weights as cautions_with_weights
 from ._confidence import probabilities as probabilities
 from ._confidence import standard_errors as standard_errors
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE

@@ -9,7 +9,6 @@ to the simplex.
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -93,7 +92,6 @@ def acceptability(
     return shares
 
 
-@lru_cache(maxsize=1)  # cautions, sentences and the page ask for those of one ranking
 def weight_shares(ranking: EfficiencyRanking) -> Array:
     """Return ``(n,)`` shares of the weights within a factor of two for which designs are the best.
 
@@ -104,17 +102,17 @@ def weight_shares(ranking: EfficiencyRanking) -> Array:
     return acceptability(ranking, factor=_FACTOR, places=1)[:, 0]
 
 
-def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
+def weights_sentence(ranking: EfficiencyRanking, row: int, shares: Array) -> str:
     """Say for how many weights within a factor of two a design is the best, and which one else.
 
     Args:
         ranking: The ranking.
         row: Row of the design; a Pareto-optimal one.
+        shares: ``(n,)`` :func:`weight_shares` of the ranking.
 
     Returns:
         The sentence; none if there is nothing to weigh.
     """
-    shares = weight_shares(ranking)
     if not shares.any():
         return ""
     design = ranking.name_of(row)

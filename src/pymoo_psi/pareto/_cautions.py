@@ -164,24 +164,35 @@ def cautions(
         The range of f2 is 9 times as long because of design 4 alone. Without design 4, design 1 is
         proposed (f2 0.6 lower).
     """
-    checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
-    return (*checks.of_distances(), *checks.of_weights())
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    return cautions_with_weights(ranking, weight_shares(ranking))
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def cautions_with_weights(ranking: EfficiencyRanking, shares: Array) -> tuple[Caution, ...]:
+    """Return :func:`cautions` of a ranking whose ``(n,)`` :func:`weight_shares` are known."""
+    optimum = _Optimum(ranking)
+    return (*_of_distances(optimum), *_of_weights(optimum, shares))
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def cautions_of_distances(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     """Return :func:`cautions` but that of other weights, which takes most of the time."""
-    return tuple(_Checks(ranking).of_distances())
+    return tuple(_of_distances(_Optimum(ranking)))
 
 
 def _caution(kind: str, remedy: str = "", **values: object) -> Caution:
     return Caution(kind, sentence(kind, **values), remedy)
 
 
-class _Checks:
-    """The checks of a ranking, in the order of the table.
+class _Optimum:
+    """The optimum of a ranking among the k Pareto-optimal designs: what rules look at.
+
+    Designs are numbered by their rows in the ranking, or by their place i among the optimal ones.
 
     Attributes:
+        ranking: The ranking.
+        names: ``(m,)`` the names of the objectives.
         rows: ``(k,)`` the Pareto-optimal designs.
         values: ``(k, m)`` their objectives, minimised.
         varying: ``(m,)`` in which objectives they differ.
@@ -190,6 +201,7 @@ class _Checks:
         optima: Which of them are the optimum.
         best: The first of these.
         steps: ``(k, m)`` how far they are from that one, in units of the ranges.
+        near: Which of them are almost as near to the ideal point as that one.
     """
 
     def __init__(self, ranking: EfficiencyRanking) -> None:
@@ -198,13 +210,13 @@ class _Checks:
         self.rows = ranking.front
         self.values = ranking.optimal
         low = self.values.min(axis=0)
-        high = self.values.max(axis=0)
-        self.varying: Mask = np.isfinite(unit_lengths(low, high))
+        self.varying: Mask = np.isfinite(unit_lengths(low, self.values.max(axis=0)))
         self.d = (self.values - low) / ranking.lengths
         self.mu = ranking.criteria[self.rows, 0]
         self.optima = np.searchsorted(self.rows, ranking.salukvadze)
         self.best = self.optima[0]
         self.steps = np.abs(self.d - self.d[self.best])
+        self.near = np.flatnonzero(self.mu <= self.mu[self.best] * (1 + NEAR))
 
     def name_of(self, i: Any) -> str:
         """Return the name of a Pareto-optimal design."""
@@ -218,172 +230,6 @@ class _Checks:
             names.append(f"{len(rows) - _NAMED} more")
         return listed(names)
 
-    def of_distances(self) -> Iterator[Caution]:
-        """Yield all cautions but that of other weights."""
-        yield from self.of_values()
-        if self.ranking.frame.is_fixed:  # the ranges are the user's own
-            yield from self.of_ranges()
-        else:
-            yield from self.decades()
-            yield from self.redundant()
-        yield from self.of_optimum()
-
-    def of_values(self) -> Iterator[Caution]:
-        """Yield the cautions about single values, whatever their place in the ranking."""
-        objectives = self.ranking.objectives
-        for j, column in enumerate(objectives.values.T):
-            if objectives.sign[j] < 0 and column.max() <= 0 > column.min():
-                yield _caution("sign", objective=self.names[j])
-            is_unlike = self.unlike[:, j]
-            if not is_unlike.any():
-                continue
-            values = column[is_unlike]
-            others = column[~is_unlike]
-            write = partial(number, mark=objectives.decimal)
-            yield _caution(
-                "suspect",
-                designs=capital(self.names_of(np.flatnonzero(is_unlike))),
-                objective=self.names[j],
-                values=" to ".join(dict.fromkeys([write(values.min()), write(values.max())])),
-                low=write(others.min()),
-                high=write(others.max()),
-            )
-
-    def of_ranges(self) -> Iterator[Caution]:
-        """Yield the caution about fixed ranges that do not tell all designs apart."""
-        beyond = unit_lengths(self.values.min(axis=0), self.ranking.frame.ideal)
-        is_narrow = np.isfinite(beyond) | (self.varying & np.isinf(self.ranking.lengths))
-        if is_narrow.any():
-            yield _caution("ranges", objectives=listed([*self.names[is_narrow]]))
-
-    @cached_property
-    def unlike(self) -> Mask:
-        """``(n, m)`` which values are below or above the usual ones, if the front has such."""
-        columns = self.ranking.objectives.values.T
-        return np.column_stack([self.unlike_in(column) for column in columns])
-
-    def unlike_in(self, column: Array) -> Mask:
-        """Return ``(n,)`` which values of an objective are unlike the usual ones of the front.
-
-        Args:
-            column: ``(n,)`` its values for all designs, in the original direction.
-        """
-        is_unlike = np.zeros(len(column), dtype=bool)
-        usual = np.unique(column[self.rows])
-        if len(usual) <= _OTHERS:  # too few to show what is usual
-            usual = np.unique(column[self.near_front()])
-        if len(usual) <= _OTHERS:
-            return is_unlike
-        every = np.unique(column)
-        low = -_first_unlike(-usual[::-1], -every[::-1])
-        high = _first_unlike(usual, every)
-        if usual[0] == -1 and usual[1] > 0:  # a code among positive values
-            low = -1.0
-        if column[self.rows].min() <= low or column[self.rows].max() >= high:
-            is_unlike = (column <= low) | (column >= high)
-        return is_unlike
-
-    def near_front(self) -> Rows:
-        """Return the Pareto-optimal designs, and those that would be without these."""
-        dominated = np.flatnonzero(~self.ranking.pareto)
-        second = nondominated(self.ranking.objectives.minimized[dominated])
-        return np.concatenate([self.rows, dominated[second]])
-
-    def again(self, F: Array) -> EfficiencyRanking:
-        """Return the ranking of other values, measured in the same way."""
-        return rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
-
-    def decades(self) -> Iterator[Caution]:
-        """Yield cautions about objectives whose logarithms would propose another design."""
-        objectives = self.ranking.objectives
-        values = objectives.values[self.rows]
-        low = values.min(axis=0)
-        high = values.max(axis=0)
-        crowd = np.mean(values <= low + 0.1 * (high - low), axis=0)
-        is_wide = (low > 0) & (high >= DECADES * np.median(values, axis=0))
-        for j in np.flatnonzero(is_wide & (crowd >= CROWD) & ~self.unlike.any(axis=0)):
-            name = self.names[j]
-            F = self.values.copy()
-            F[:, j] = np.log10(values[:, j]) * objectives.sign[j]
-            ranking = self.again(F)
-            if np.isin(ranking.salukvadze, self.optima).any():
-                continue
-            end = "best"
-            if objectives.sign[j] < 0:
-                end = "worst"
-            yield _caution(
-                "decades",
-                f"log_{name}=log10({operand(name)})",
-                objective=name,
-                decades=f"{np.log10(high[j] / low[j]):.0f}",
-                share=percent(crowd[j], objectives.decimal),
-                end=end,
-                other=self.name_of(ranking.salukvadze[0]),
-                optimum=self.name_of(self.best),
-                place=ranking.place[self.best],
-            )
-
-    def redundant(self) -> Iterator[Caution]:
-        """Yield the caution about objectives that nearly repeat others."""
-        varying = np.flatnonzero(self.varying)
-        first = varying[originals(self.d[:, varying])]
-        is_twin = first < varying
-        twins = varying[is_twin]
-        if not len(twins):
-            return
-        optima = self.again(np.delete(self.values, twins, axis=1)).salukvadze
-        if not np.isin(optima, self.optima).any():
-            yield _caution(
-                "redundant",
-                twins=listed([*self.names[twins]]),
-                originals=listed([*self.names[first[is_twin]]]),
-                other=self.name_of(optima[0]),
-            )
-
-    def of_optimum(self) -> Iterator[Caution]:
-        """Yield the cautions about the optimum, and about designs that are almost as near."""
-        if not self.varying.any():
-            return
-        if not self.varying.all():
-            yield _caution("constant", objectives=listed([*self.names[~self.varying]]))
-        near = np.flatnonzero(self.mu <= self.mu[self.best] * (1 + NEAR))
-        # More than half of the designs, and from all over the set; not two ends that tie.
-        many = len(near) >= 3 and 2 * len(near) > len(self.rows)
-        if many and np.ptp(self.d[near], axis=0).max() > 0.5:
-            yield _caution("equidistant", near=len(near), count=len(self.rows))
-            return
-        if len(self.rows) > 2:  # each of two designs is an extreme
-            yield from self.worst()
-        yield from self.tie(near)
-        yield from self.moved()
-
-    def of_weights(self) -> Iterator[Caution]:
-        """Yield the caution that another design is the best for more of the weights."""
-        shares = weight_shares(self.ranking)[self.rows]
-        other = shares.argmax()
-        is_elsewhere = self.steps[other].max() > ELSEWHERE
-        if is_elsewhere and shares[other] > shares[self.best] + _CLEAR_DIFFERENCE:
-            yield Caution("weights", weights_sentence(self.ranking, int(self.rows[self.best])))
-
-    def tie(self, near: Rows) -> Iterator[Caution]:
-        """Yield the caution about the nearest design far from the optimum, if there is one."""
-        apart = self.steps.max(axis=1)
-        elsewhere = near[apart[near] > ELSEWHERE]
-        if not len(elsewhere):
-            return
-        i = elsewhere[self.mu[elsewhere].argmin()]
-        kind = "near tie"
-        if i in self.optima:
-            kind = "tie"
-        farther = self.mu[i] / self.mu[self.best] - 1
-        yield _caution(
-            kind,
-            design=capital(self.name_of(i)),
-            optimum=self.name_of(self.best),
-            farther=percent(farther, self.ranking.objectives.decimal),
-            change=self.greatest_change(self.steps[i], self.values[i], self.values[self.best]),
-        )
-
     def greatest_change(self, steps: Array, after: Array, before: Array) -> str:
         """Return by how much the objective changes that changes most.
 
@@ -395,92 +241,286 @@ class _Checks:
         j = int(steps.argmax())
         return change_of(self.ranking, j, after[j] - before[j])
 
-    def worst(self) -> Iterator[Caution]:
-        """Yield the caution about objectives in which the optimum is the worst."""
-        lengths = self.d.max(axis=0)  # less than 1 if fixed ranges extend further
-        margins = lengths - self.d  # from the worst values
-        are_worst = margins <= EDGE * lengths
-        is_last = margins[self.best] <= 0
-        # Nearly so is no news where most designs are, as of values that span decades.
-        is_crowded = are_worst.mean(axis=0) >= CROWD
-        is_worst = self.varying & are_worst[self.best] & (is_last | ~is_crowded)
-        if not is_worst.any():
-            return
-        worst = "the worst"
-        if not is_last[is_worst].all():
-            worst = "nearly the worst"
-        # The first by place that is nowhere among the worst; place 2 may be worse still.
-        better = np.flatnonzero(~are_worst[:, self.varying].any(axis=1))
-        following = ""
-        if len(better):
-            places = self.ranking.place[self.rows[better]]
-            first = places.argmin()
-            name = self.name_of(better[first])
-            following = sentence("next", place=places[first], other=name)
-        objectives = listed(self.names[is_worst])
-        yield _caution("extreme", worst=worst, objectives=objectives, next=following)
+    def again(self, F: Array) -> EfficiencyRanking:
+        """Return the ranking of other values, measured in the same way."""
+        return rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
 
-    def moved(self) -> Iterator[Caution]:
-        """Yield the caution about the designs without which the optimum moves most."""
-        if self.ranking.frame.is_fixed:
-            return  # points of the user's own stay where they are
-        moves = [self.without(*trial) for trial in self.trials()]
-        distance, caution = max(moves, key=itemgetter(0), default=(0.0, None))
-        if caution and distance > ELSEWHERE:
-            yield caution
+    @cached_property
+    def near_front(self) -> Rows:
+        """The rows of the Pareto-optimal designs, and of those that would be without these."""
+        dominated = np.flatnonzero(~self.ranking.pareto)
+        second = nondominated(self.ranking.objectives.minimized[dominated])
+        return np.concatenate([self.rows, dominated[second]])
 
-    def trials(self) -> Iterator[tuple[Rows, Rows]]:
-        """Yield the designs that are left out together, and the others that may be optimal then."""
-        near_front = self.near_front()
-        extremes = {*self.values.argmin(axis=0), *self.values.argmax(axis=0)}
-        for i in sorted(extremes - {*self.optima}):
-            row = self.rows[i]
-            yield np.array([row]), near_front[near_front != row]
-        # One of several unlike designs hides what another one does, also one that it dominates.
-        is_unlike = np.asarray(self.unlike.any(axis=1))
-        is_unlike[self.rows[self.optima]] = False
-        if is_unlike[self.rows].any():
-            F = without_rounding(self.ranking.objectives.minimized)
-            usual = np.flatnonzero(~is_unlike)
-            optimal = usual[nondominated(F[usual])]
-            # On the present front, or on that without those which are left out before.
-            left_out = is_unlike.copy()
-            left_out[is_unlike] = ~dominated_by(F[is_unlike], F[optimal])
-            yield np.flatnonzero(left_out), optimal
+    @cached_property
+    def unlike(self) -> Mask:
+        """``(n, m)`` which values are below or above the usual ones, if the front has such."""
+        columns = self.ranking.objectives.values.T
+        return np.array([self._unlike_in(column) for column in columns]).T
 
-    def without(self, left_out: Rows, rows: Rows) -> tuple[float, Caution]:
-        """Return how far the optimum moves without some designs, and the caution.
+    def _unlike_in(self, column: Array) -> Mask:
+        """Return ``(n,)`` which values of an objective are unlike the usual ones of the front.
 
         Args:
-            left_out: The rows of these designs in the ranking.
-            rows: The other rows that may be Pareto optimal without them.
+            column: ``(n,)`` its values for all designs, in the original direction.
         """
-        if self.ranking.pareto[rows].all():  # to filter many once more takes long
-            F = self.values.T[:, np.searchsorted(self.rows, rows)].T  # still stored by column
+        of_front = column[self.rows]
+        usual = np.unique(of_front)
+        if len(usual) <= _OTHERS:  # too few to show what is usual
+            usual = np.unique(column[self.near_front])
+        if len(usual) <= _OTHERS:
+            return np.zeros(len(column), dtype=bool)
+        low = -_first_unlike(-usual[::-1], -column)
+        high = _first_unlike(usual, column)
+        if usual[0] == -1 and usual[1] > 0:  # a code among positive values
+            low = -1.0
+        if of_front.min() > low and of_front.max() < high:
+            return np.zeros(len(column), dtype=bool)
+        return (column <= low) | (column >= high)
+
+    @property
+    def is_on_a_sphere(self) -> bool:
+        """Whether most designs, from all over the set, are as near; not two ends that tie."""
+        if len(self.near) < 3 or 2 * len(self.near) <= len(self.rows):
+            return False
+        return bool(np.ptp(self.d[self.near], axis=0).max() > 0.5)
+
+
+# The rules. Each yields the cautions of a kind.
+
+
+def _of_distances(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the cautions of all rules that apply but that of other weights."""
+    rules = [_sign, _suspect]
+    is_fixed = optimum.ranking.frame.is_fixed
+    if is_fixed:  # the ranges are the user's own, and stay where they are without any design
+        rules += [_ranges]
+    else:
+        rules += [_decades, _redundant]
+    if optimum.varying.any():
+        rules += [_constant]
+        if optimum.is_on_a_sphere:
+            rules += [_equidistant]
         else:
-            F = self.ranking.objectives.minimized.take(rows, axis=0)
-            optimal = nondominated(F)
-            rows = rows[optimal]
-            F = without_rounding(F[optimal])
-        optima, frame = nearest_of_front(F, self.ranking.frame)
-        # The shortest move from an optimum before to one after.
-        steps = np.abs(F[optima, None] - self.values[self.optima]) / frame.lengths
-        moves = steps.max(axis=2)
-        k, before = np.unravel_index(moves.argmin(), moves.shape)
-        after = optima[k]
-        change = self.greatest_change(steps[k, before], F[after], self.values[self.optima[before]])
-        times = np.ptp(self.values, axis=0) / frame.lengths
-        kind = "unstable"
-        if times.max() >= OUTLIER:
-            kind = "outlier"
-        return moves[k, before], _caution(
-            kind,
-            designs=self.names_of(left_out),
-            stretched=self.names[times.argmax()],
-            times=number(times.max(), 3, mark=self.ranking.objectives.decimal),
-            other=self.ranking.name_of(int(rows[after])),
-            change=change,
+            rules += [_extreme, _tie]
+            if not is_fixed:
+                rules += [_moved]
+    for rule in rules:
+        yield from rule(optimum)
+
+
+def _sign(optimum: _Optimum) -> Iterator[Caution]:
+    objectives = optimum.ranking.objectives
+    for name, sign, column in zip(optimum.names, objectives.sign, objectives.values.T, strict=True):
+        if sign < 0 and column.max() <= 0 > column.min():
+            yield _caution("sign", objective=name)
+
+
+def _suspect(optimum: _Optimum) -> Iterator[Caution]:
+    objectives = optimum.ranking.objectives
+    write = partial(number, mark=objectives.decimal)
+    for j in np.flatnonzero(optimum.unlike.any(axis=0)):
+        is_unlike = optimum.unlike[:, j]
+        values = objectives.values[is_unlike, j]
+        others = objectives.values[~is_unlike, j]
+        yield _caution(
+            "suspect",
+            designs=capital(optimum.names_of(np.flatnonzero(is_unlike))),
+            objective=optimum.names[j],
+            values=" to ".join(dict.fromkeys([write(values.min()), write(values.max())])),
+            low=write(others.min()),
+            high=write(others.max()),
         )
+
+
+def _ranges(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the caution about fixed ranges that do not tell all designs apart."""
+    frame = optimum.ranking.frame
+    beyond = unit_lengths(optimum.values.min(axis=0), frame.ideal)
+    is_narrow = np.isfinite(beyond) | (optimum.varying & np.isinf(frame.lengths))
+    if is_narrow.any():
+        yield _caution("ranges", objectives=listed([*optimum.names[is_narrow]]))
+
+
+def _decades(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield cautions about objectives whose logarithms would propose another design."""
+    objectives = optimum.ranking.objectives
+    values = objectives.values[optimum.rows]
+    low = values.min(axis=0)
+    high = values.max(axis=0)
+    crowd = np.mean(values <= low + 0.1 * (high - low), axis=0)
+    is_wide = (low > 0) & (high >= DECADES * np.median(values, axis=0))
+    for j in np.flatnonzero(is_wide & (crowd >= CROWD) & ~optimum.unlike.any(axis=0)):
+        name = optimum.names[j]
+        F = optimum.values.copy()
+        F[:, j] = np.log10(values[:, j]) * objectives.sign[j]
+        ranking = optimum.again(F)
+        if np.isin(ranking.salukvadze, optimum.optima).any():
+            continue
+        end = "best"
+        if objectives.sign[j] < 0:
+            end = "worst"
+        yield _caution(
+            "decades",
+            f"log_{name}=log10({operand(name)})",
+            objective=name,
+            decades=f"{np.log10(high[j] / low[j]):.0f}",
+            share=percent(crowd[j], objectives.decimal),
+            end=end,
+            other=optimum.name_of(ranking.salukvadze[0]),
+            optimum=optimum.name_of(optimum.best),
+            place=ranking.place[optimum.best],
+        )
+
+
+def _redundant(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the caution about objectives that nearly repeat others."""
+    varying = np.flatnonzero(optimum.varying)
+    first = varying[originals(optimum.d[:, varying])]
+    is_twin = first < varying
+    twins = varying[is_twin]
+    if not len(twins):
+        return
+    optima = optimum.again(np.delete(optimum.values, twins, axis=1)).salukvadze
+    if not np.isin(optima, optimum.optima).any():
+        yield _caution(
+            "redundant",
+            twins=listed([*optimum.names[twins]]),
+            originals=listed([*optimum.names[first[is_twin]]]),
+            other=optimum.name_of(optima[0]),
+        )
+
+
+def _constant(optimum: _Optimum) -> Iterator[Caution]:
+    if not optimum.varying.all():
+        yield _caution("constant", objectives=listed([*optimum.names[~optimum.varying]]))
+
+
+def _equidistant(optimum: _Optimum) -> Iterator[Caution]:
+    yield _caution("equidistant", near=len(optimum.near), count=len(optimum.rows))
+
+
+def _extreme(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the caution about objectives in which the optimum is the worst."""
+    if len(optimum.rows) <= 2:  # each of two designs is an extreme
+        return
+    lengths = optimum.d.max(axis=0)  # less than 1 if fixed ranges extend further
+    margins = lengths - optimum.d  # from the worst values
+    are_worst = margins <= EDGE * lengths
+    is_last = margins[optimum.best] <= 0
+    # Nearly so is no news where most designs are, as of values that span decades.
+    is_crowded = are_worst.mean(axis=0) >= CROWD
+    is_worst = optimum.varying & are_worst[optimum.best] & (is_last | ~is_crowded)
+    if not is_worst.any():
+        return
+    worst = "the worst"
+    if not is_last[is_worst].all():
+        worst = "nearly the worst"
+    # The first by place that is nowhere among the worst; place 2 may be worse still.
+    better = np.flatnonzero(~are_worst[:, optimum.varying].any(axis=1))
+    following = ""
+    if len(better):
+        places = optimum.ranking.place[optimum.rows[better]]
+        first = places.argmin()
+        name = optimum.name_of(better[first])
+        following = sentence("next", place=places[first], other=name)
+    objectives = listed(optimum.names[is_worst])
+    yield _caution("extreme", worst=worst, objectives=objectives, next=following)
+
+
+def _tie(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the caution about the nearest design far from the optimum, if there is one."""
+    elsewhere = optimum.near[optimum.steps[optimum.near].max(axis=1) > ELSEWHERE]
+    if not len(elsewhere):
+        return
+    i = elsewhere[optimum.mu[elsewhere].argmin()]
+    kind = "near tie"
+    if i in optimum.optima:
+        kind = "tie"
+    farther = optimum.mu[i] / optimum.mu[optimum.best] - 1
+    yield _caution(
+        kind,
+        design=capital(optimum.name_of(i)),
+        optimum=optimum.name_of(optimum.best),
+        farther=percent(farther, optimum.ranking.objectives.decimal),
+        change=optimum.greatest_change(
+            optimum.steps[i], optimum.values[i], optimum.values[optimum.best]
+        ),
+    )
+
+
+def _moved(optimum: _Optimum) -> Iterator[Caution]:
+    """Yield the caution about the designs without which the optimum moves most."""
+    moves = [_without(optimum, *trial) for trial in _trials(optimum)]
+    distance, caution = max(moves, key=itemgetter(0), default=(0.0, None))
+    if caution and distance > ELSEWHERE:
+        yield caution
+
+
+def _trials(optimum: _Optimum) -> Iterator[tuple[Rows, Rows]]:
+    """Yield the designs that are left out together, and the others that may be optimal then."""
+    extremes = {*optimum.values.argmin(axis=0), *optimum.values.argmax(axis=0)}
+    for i in sorted(extremes - {*optimum.optima}):
+        row = optimum.rows[i]
+        yield np.array([row]), optimum.near_front[optimum.near_front != row]
+    # One of several unlike designs hides what another one does, also one that it dominates.
+    is_unlike = np.asarray(optimum.unlike.any(axis=1))
+    is_unlike[optimum.rows[optimum.optima]] = False
+    if is_unlike[optimum.rows].any():
+        F = without_rounding(optimum.ranking.objectives.minimized)
+        usual = np.flatnonzero(~is_unlike)
+        optimal = usual[nondominated(F[usual])]
+        # On the present front, or on that without those which are left out before.
+        left_out = is_unlike.copy()
+        left_out[is_unlike] = ~dominated_by(F[is_unlike], F[optimal])
+        yield np.flatnonzero(left_out), optimal
+
+
+def _without(optimum: _Optimum, left_out: Rows, rows: Rows) -> tuple[float, Caution]:
+    """Return how far the optimum moves without some designs, and the caution.
+
+    Args:
+        optimum: The optimum.
+        left_out: The rows of these designs in the ranking.
+        rows: The other rows that may be Pareto optimal without them.
+    """
+    ranking = optimum.ranking
+    if ranking.pareto[rows].all():  # to filter many once more takes long
+        places = np.searchsorted(optimum.rows, rows)
+        F = optimum.values.T.take(places, axis=1).T  # still stored by column
+    else:
+        F = ranking.objectives.minimized[rows]
+        optimal = nondominated(F)
+        rows = rows[optimal]
+        F = without_rounding(F[optimal])
+    optima, frame = nearest_of_front(F, ranking.frame)
+    # The shortest move from an optimum before to one after.
+    before = optimum.values[optimum.optima]
+    steps = np.abs(F[optima, None] - before) / frame.lengths
+    moves = steps.max(axis=2)
+    k, first = np.unravel_index(moves.argmin(), moves.shape)
+    times = np.ptp(optimum.values, axis=0) / frame.lengths
+    kind = "unstable"
+    if times.max() >= OUTLIER:
+        kind = "outlier"
+    return moves[k, first], _caution(
+        kind,
+        designs=optimum.names_of(left_out),
+        stretched=optimum.names[times.argmax()],
+        times=number(times.max(), 3, mark=ranking.objectives.decimal),
+        other=ranking.name_of(int(rows[optima[k]])),
+        change=optimum.greatest_change(steps[k, first], F[optima[k]], before[first]),
+    )
+
+
+def _of_weights(optimum: _Optimum, shares: Array) -> Iterator[Caution]:
+    """Yield the caution that another design is the best for more of the weights."""
+    optimal = shares[optimum.rows]
+    other = optimal.argmax()
+    is_elsewhere = optimum.steps[other].max() > ELSEWHERE
+    if is_elsewhere and optimal[other] > optimal[optimum.best] + _CLEAR_DIFFERENCE:
+        row = int(optimum.rows[optimum.best])
+        yield Caution("weights", weights_sentence(optimum.ranking, row, shares))
 
 
 def originals(d: Array) -> Rows:
@@ -513,12 +553,13 @@ def _first_unlike(values: Array, all_values: Array) -> float:
     least = values[-counts]
     high = values[-counts - 1]
     low = values[quarter // 2]  # not the least value, which may be unlike the others, too
-    # Values of dominated designs in between show that values are usual.
-    below = all_values[np.searchsorted(all_values, least) - 1]
     # So many values are seldom far by chance: the more they are, the farther they have to be.
-    ranges = (least - below) / (counts * (high - low))
+    ranges = (least - high) / (counts * (high - low))
     for i in np.flatnonzero(ranges > 1):
-        if _is_unlike(least[i], low, high[i], ranges[i]):
+        # Values of dominated designs in between show that values are usual.
+        below = all_values[all_values < least[i]].max()
+        distance = (least[i] - below) / (counts[i] * (high[i] - low))
+        if distance > 1 and _is_unlike(least[i], low, high[i], distance):
             return float(least[i])
     return np.inf
 

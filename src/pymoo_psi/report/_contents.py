@@ -41,7 +41,7 @@ from pymoo_psi.analysis import (
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import (
-    cautions,
+    cautions_with_weights,
     compare_designs,
     explain,
     listed,
@@ -93,6 +93,7 @@ class Choice:
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
         explanation: Why it is where it is.
+        shares: For which share of the weights each design is the best.
         cautions: Reasons not to rely on the optimum, the most serious first.
     """
 
@@ -114,7 +115,9 @@ class Choice:
         if not self.is_optimum:  # the cautions are about the optimum
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the proposal"
             self._beside.append(("proposed", table.take(self.ranking.rows[[self.optimum]])))
-        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
+        self.shares = weight_shares(self.ranking)
+        reasons = cautions_with_weights(self.ranking, self.shares)
+        self.cautions = tuple(f"{subject}: {reason}" for reason in reasons)
         written = [table.take(~table.feasible() & ~table.failed())]
         self._existing: list[Any] = []  # names and values: rows of two files have the same names
         if prototype is not None:
@@ -234,7 +237,7 @@ class Choice:
 
     def weighted(self) -> list[tuple[str, float, str]]:
         """Return the designs that are the best for most weights, and for which share of them."""
-        shares = weight_shares(self.ranking)
+        shares = self.shares
         texts = percents(shares)
         rows = np.argsort(-shares, kind="stable")[:_WEIGHTED]
         rows = rows[shares[rows] > 0]
