@@ -50,8 +50,9 @@ from pymoo_psi._names import attach_names
 
 # The modules, each of which imports only those before it: _schema, what the columns are; _cells,
 # what is in them; _limits; _expression, for computed columns; _formulation, what is asked;
-# _decision; _view, the arrays that follow; _storage, the head and the columns that files and
-# studies hold; _table. Where a change belongs:
+# _decision; _view, rows, columns, arrays and the Pareto set; _designs, their names and ranking;
+# _storage, the head and the columns that files and studies hold; _joining, of several tables;
+# _table, which has a method for each of these. Where a change belongs:
 #
 # - a kind of variable: Kind in pymoo_psi/_kinds, with its dtype, its cells and its key; as a column
 #   of SQL in study/_database, as a variable of pymoo in problems/_design_space;

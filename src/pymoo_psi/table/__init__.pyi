@@ -17,7 +17,9 @@ from ._cells import designs_of as designs_of
 from ._cells import in_decimals as in_decimals
 from ._cells import value_ranks as value_ranks
 from ._decision import decision_of as decision_of
+from ._designs import has_errors as has_errors
 from ._expression import Expression as Expression
+from ._joining import unequal as unequal
 from ._limits import Limits as Limits
 from ._limits import entries_of as entries_of
 from ._limits import entry_of as entry_of
@@ -72,8 +74,6 @@ from ._storage import schema_of as schema_of
 from ._storage import units_of as units_of
 from ._storage import write_csv as write_csv
 from ._storage import written_text as written_text
-from ._table import checked_numbers as checked_numbers
-from ._table import has_errors as has_errors
 from ._table import require_table as require_table
-from ._table import unequal as unequal
 from ._view import STATUSES as STATUSES
+from ._view import checked_numbers as checked_numbers

@@ -394,6 +394,25 @@ class Schema:
 
     # Designs
 
+    def bounds_around(self, data: Mapping[str, AnyArray], margin: float) -> tuple[Array, Array]:
+        """Return ``(n_var,)`` lower and upper bounds of designs; see `TestTable.refined_bounds`.
+
+        Args:
+            data: ``(n,)`` columns of the variables, n >= 1.
+            margin: By which share of their width they are wider on each side.
+        """
+        lower = self.lower.copy()
+        upper = self.upper.copy()
+        for j, column in enumerate(self.with_role(VARIABLE)):
+            if column.kind in (Kind.BINARY, Kind.CHOICE):
+                continue
+            cells = data[column.name]
+            low, high = _widened(float(cells.min()), float(cells.max()), margin, column.kind)
+            # fmax and fmin ignore a bound that is NaN, as there is none.
+            lower[j] = np.fmax(low, lower[j])
+            upper[j] = np.fmin(high, upper[j])
+        return lower, upper
+
     def keys(self, data: Mapping[str, AnyArray]) -> list[str]:
         """Return a key for each of n designs: two are the same if their keys are equal.
 
@@ -407,6 +426,17 @@ class Schema:
             cells = data[name]
             columns.append(choice_texts(cells) if kind is Kind.CHOICE else cells)
         return keys_of_designs(columns, self.kinds)
+
+
+def _widened(low: float, high: float, margin: float, kind: Kind | None) -> tuple[float, float]:
+    """Return the ends of a range that is wider on each side by a share of its width."""
+    if kind is Kind.LOG:
+        growth = (high / low) ** margin
+        return low / growth, high * growth
+    step = margin * (high - low)
+    if kind is Kind.INTEGER:
+        return float(np.floor(low - step)), float(np.ceil(high + step))
+    return low - step, high + step
 
 
 def choice_texts(cells: AnyArray) -> AnyArray:

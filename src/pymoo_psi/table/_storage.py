@@ -42,6 +42,7 @@ from pymoo_psi.table._schema import (
     headings_of,
     result_columns,
 )
+from pymoo_psi.table._view import View
 
 MARK = "pymoo_psi_test_table"  # an entry in the head of a file of tests
 # The entry in the head of a file of designs, which does not say what all columns are.
@@ -130,20 +131,20 @@ def decision_of_head(head: Head) -> Decision:
     return Decision.from_dict({name: head[name] for name in _OF_DECISION if name in head})
 
 
-def head_of(table: Any) -> Values:
-    """Return what is not in the columns of a :class:`TestTable`, as values that JSON can hold."""
+def head_of(table: View) -> Values:
+    """Return what is not in the columns of a table, as values that JSON can hold."""
     head = schema_head(table.schema) | decision_head(table.decision)
     if table.problem:
         head["problem"] = table.problem
     return head
 
 
-def marked(table: Any) -> Values:
+def marked(table: View) -> Values:
     """Return the head of a file of a table."""
     return {MARK: FORMAT, **head_of(table), **marks_of(table)}
 
 
-def marks_of(table: Any) -> Values:
+def marks_of(table: View) -> Values:
     """Return the entries of a head for the marks of the source, which files keep."""
     marks = {name: getattr(table, name) for name in _USUAL_MARKS}
     return {name: mark for name, mark in marks.items() if mark != _USUAL_MARKS[name]}
@@ -157,8 +158,8 @@ def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]
 # Columns
 
 
-def columns_of(table: Any, number: str = TEST) -> Columns:
-    """Return the columns of a :class:`TestTable` as files and studies hold them.
+def columns_of(table: View, number: str = TEST) -> Columns:
+    """Return the columns of a table as files and studies hold them.
 
     Args:
         table: The table.
@@ -168,7 +169,7 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
         ``(n,)`` arrays by name: the numbers; the columns, objectives in the original direction, a
         choice and a note as texts, see :func:`choice_texts`; ``status``; ``reason``.
     """
-    columns = {number: table.numbers}
+    columns: Columns = {number: table.numbers}
     for column in table.schema.columns:
         cells = table.column(column.name)
         columns[column.name] = cells
@@ -185,8 +186,8 @@ def columns_of(table: Any, number: str = TEST) -> Columns:
     return columns
 
 
-def reason_cells(table: Any) -> NDArray[np.object_]:
-    """``(n,)`` why the tests of a :class:`TestTable` failed, empty texts of others."""
+def reason_cells(table: View) -> NDArray[np.object_]:
+    """``(n,)`` why the tests of a table failed, empty texts of others."""
     failed = table.failed()
     cells = np.full(len(table), "", dtype=object)
     cells[failed] = [table.reasons[number] for number in table.numbers[failed].tolist()]

@@ -5,14 +5,13 @@ Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995)
 look at the ordered test tables, set limits on the objectives, take the Pareto set of the designs
 that are feasible then, and refine the bounds for the next investigation.
 
-A :class:`TestTable` has the columns as evaluated, and a formulation. The arrays that follow from
-both are those of :class:`View`; :meth:`TestTable.under` returns the same columns with another one.
+A :class:`TestTable` has the columns as evaluated, and a formulation. Its rows, columns and arrays
+are those of :class:`View`; :meth:`TestTable.under` returns the same tests with another formulation.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import compress
@@ -24,64 +23,55 @@ from numpy.typing import ArrayLike
 from pymoo_psi._kinds import Kind, plain
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
-    AnyArray,
     Array,
     Columns,
     Entries,
     FilePath,
     Integers,
-    Mask,
-    Received,
-    Rows,
-    Values,
     counted,
     finite_number,
-    identity_facts,
     instance,
     invalid,
     known_name,
     real_array,
 )
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
-    Objectives,
-    probabilities,
-    ranking_of,
-    row_of_design,
-    unique_names,
 )
-from pymoo_psi.table._cells import blank, cells_of_kind, designs_of
+from pymoo_psi.table._cells import cells_of_kind, designs_of
 from pymoo_psi.table._decision import Decision, decision_of
+from pymoo_psi.table._designs import (
+    confidence_frame,
+    names_of_designs,
+    none_feasible,
+    ranking_of_rows,
+    row_named,
+)
 from pymoo_psi.table._formulation import Formulation, FormulationFields
+from pymoo_psi.table._joining import are_equal, merged, stacked
 from pymoo_psi.table._limits import texts_of
 from pymoo_psi.table._schema import (
-    EQUALITY,
-    INEQUALITY,
     LABEL,
-    N_TESTS,
     NOTE,
-    NUMBERS_ROLES,
-    OBJECTIVE,
     OUTPUT,
-    POINT,
-    RUN,
     TEST,
     VARIABLE,
     Column,
     Schema,
-    error_column,
     result_columns,
 )
 from pymoo_psi.table._storage import (
     columns_of,
-    decision_head,
     marked,
     reason_cells,
-    schema_head,
     write_csv,
 )
-from pymoo_psi.table._view import View, columns_of_matrix
+from pymoo_psi.table._view import (
+    View,
+    checked_numbers,
+    columns_of_matrix,
+    require_distinct,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -131,12 +121,6 @@ class TestTable(View, Shown):
     """
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
-
-    problem: Entries | None = None
-    remarks: tuple[str, ...] = ()
-    decimal: str = "."
-    separator: str = ","
-    n_stored: int = 0
 
     @classmethod
     def of(
@@ -335,107 +319,6 @@ class TestTable(View, Shown):
             rule = f"of every objective ({', '.join(objectives)}), or of none"
             raise invalid("ranges", rule, [*ranges])
 
-    # Rows and columns
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of all columns: variables, objectives, constraints, outputs, label and notes.
-
-        Example:
-            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).columns
-            ('x1', 'f1', 'f2')
-        """
-        return self.schema.names
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Numbers of tests and of columns.
-
-        Example:
-            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).shape
-            (1, 3)
-        """
-        return len(self), len(self.columns)
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the columns, as a data frame does."""
-        return iter(self.columns)
-
-    def column(self, name: str) -> AnyArray:
-        """``(n,)`` values of a column; objectives are in the original direction.
-
-        Raises:
-            ArgumentValueError: There is no such column.
-            ArgumentTypeError: The name is not text.
-
-        Example:
-            >>> schema = Schema.of(["width"], ["mass", "gain"], maximize=["gain"])
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3, -0.8], [4, -0.9]], schema=schema)
-            >>> table.column("width"), table["gain"]
-            (array([0.1, 0.5]), array([0.8, 0.9]))
-        """
-        return self._columns[known_name("column", name, self.columns)]
-
-    def __getitem__(self, name: str) -> AnyArray:
-        """Return the ``(n,)`` values of a column: :meth:`column`."""
-        return self.column(name)
-
-    def take(self, selection: ArrayLike) -> TestTable:
-        """Return the table of some rows.
-
-        Args:
-            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order. A mask or an
-                index of :meth:`to_frame` selects by numbers of tests, however it is sorted.
-
-        Raises:
-            ArgumentValueError: The selection is neither mask nor indices; a mask is not of
-                shape (n,), an index is out of range or occurs twice.
-
-        Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
-            >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
-            (array([3, 1]), array([2, 3]))
-        """
-        rows = self._rows_of(selection)
-        numbers = self.numbers.take(rows)
-        require_distinct(numbers)
-        failures = self.failures
-        if failures:
-            selected = {*numbers.tolist()}
-            failures = {number: why for number, why in failures.items() if number in selected}
-        # `take` of an array needs a quarter of the time of an index in brackets.
-        data = {name: cells.take(rows) for name, cells in self.data.items()}
-        table = replace(self, data=data, numbers=numbers, failures=failures)
-        if "_front" in vars(self) and self._front[rows].all():
-            # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
-            vars(table)["_front"] = np.ones(len(rows), dtype=bool)
-        return table
-
-    def _rows_of(self, selection: Any) -> Rows:
-        """Return the indices of the rows that :meth:`take` selects."""
-        rows = selection
-        if str(getattr(rows, "dtype", "")) in ("bool", "boolean"):
-            rows = self._by_row(rows, False)
-        elif getattr(rows, "name", None) == TEST and hasattr(rows, "get_indexer"):  # of pandas
-            row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
-            rows = [row_of_number.get(number, len(self)) for number in rows]
-        indices = np.asarray(rows)
-        if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
-            indices = indices.astype(np.intp)
-        problem: object = f"shape {indices.shape}"
-        if indices.ndim == 1:
-            try:
-                return np.asarray(np.arange(len(self))[indices])
-            except IndexError as error:
-                problem = error
-        raise invalid("selection", "a mask or indices of rows", Received(problem))
-
-    def _by_row(self, values: Any, missing: Any) -> Any:
-        """Return a series of pandas in the order of the rows, if it has numbers of tests."""
-        if getattr(getattr(values, "index", None), "name", None) == TEST:
-            return values.reindex(self.numbers, fill_value=missing).to_numpy()
-        return values
-
     @cached_property
     def names(self) -> list[str]:
         """Unique names of the n designs: labels, or otherwise numbers of tests.
@@ -453,28 +336,7 @@ class TestTable(View, Shown):
             >>> table.with_notes({"row_no": ["A", -1.5, 7]}, "row_no").names
             ['A', 'row no -1.5', 'row no 7']
         """
-        word = (self.schema.label or TEST).replace("_", " ")
-        names = []
-        for label in map(str, self._labels()):
-            if _is_value(label):
-                label = f"{word} {label}"
-            names.append(label)
-        return unique_names(names, self.numbers.tolist())
-
-    def _labels(self) -> list[Any]:
-        """Return the cells of the column that names the designs, or else the numbers of tests."""
-        labels: list[Any] = self.numbers.tolist()
-        if self.schema.label is not None:
-            cells = self.column(self.schema.label)
-            are_empty = blank(cells)
-            for row, cell in enumerate(cells.tolist()):
-                labels[row] = f"{TEST} {labels[row]}" if are_empty[row] else cell
-        elif {RUN, POINT} <= {*self.schema.notes}:
-            places = zip(self.column(RUN), self.column(POINT), strict=True)
-            for row, (run, point) in enumerate(places):
-                if str(run) != "1":
-                    labels[row] = f"{TEST} {run}.{point}"
-        return labels
+        return names_of_designs(self)
 
     def row_of(self, design: int | str) -> int:
         """Return the row of a design by the number of its test or by its label.
@@ -493,15 +355,7 @@ class TestTable(View, Shown):
             >>> table.row_of(5), table.row_of("test 4")
             (1, 0)
         """
-        numbers = self.numbers.tolist()
-        if self.schema.label is None:
-            short = [name.removeprefix(f"{TEST} ") for name in self.names]  # a command takes 2.5
-            return row_of_design(design, numbers, self.names, numbers, short)
-        labels = list(map(str, self._labels()))
-        # Where labels are numbers, one that is none of them is more likely a mistake.
-        if any(map(_is_value, labels)) and labels != list(map(str, numbers)):
-            numbers = []
-        return row_of_design(design, numbers, self.names, labels, numbers)
+        return row_named(self, self.names, design)
 
     # Rankings
 
@@ -529,7 +383,7 @@ class TestTable(View, Shown):
         labels = pd.Index(self.numbers[rows], name=TEST)
         if self.schema.label is not None:
             labels = pd.Index(np.array(self.names)[rows], name=self.schema.label)
-        return self._ranking_of(rows, labels)
+        return ranking_of_rows(self, rows, labels)
 
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
@@ -556,34 +410,7 @@ class TestTable(View, Shown):
     def _feasible_ranking(self) -> EfficiencyRanking:
         rows = np.flatnonzero(self.feasible())
         rows = rows[~self._repeated(rows)]
-        return self._ranking_of(rows, [self.names[row] for row in rows.tolist()])
-
-    def _ranking_of(self, rows: Rows, labels: Any) -> EfficiencyRanking:
-        """Return the ranking of some rows, whose Pareto-optimal ones are known."""
-        if len(rows) == 0:
-            raise self._none_feasible()
-        schema = self.schema
-        F = Objectives.of(self.F[rows]).values * schema.sign + 0.0  # no -0.0
-        numbers = self.numbers[rows].tolist()
-        objectives = Objectives(
-            F, schema.sign, schema.objectives, labels, numbers, schema.units, self.decimal
-        )
-        ends: dict[str, Array] = {}
-        if self.fixed_ranges:
-            low, high = np.array([self.fixed_ranges[name] for name in schema.objectives]).T
-            ends["ideal"] = np.where(schema.sign > 0, low, high)
-            ends["nadir"] = np.where(schema.sign > 0, high, low)
-        normalize = self.formulation.normalize
-        return ranking_of(objectives, self._front[rows], rows, normalize=normalize, **ends)
-
-    def _none_feasible(self) -> ArgumentValueError:
-        """Return the error of a table without a feasible design."""
-        words = self.schema.words
-        size = counted(len(self), words["row"])
-        return ArgumentValueError(
-            f"none of {size} is feasible ({self.failed().sum()} {words['failed']}); "
-            "loosen the limits, test more points, or see the reasons of failures"
-        )
+        return ranking_of_rows(self, rows, [self.names[row] for row in rows.tolist()])
 
     def best(self) -> TestTable:
         """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
@@ -624,23 +451,7 @@ class TestTable(View, Shown):
             >>> average_repeats(tests).confidence()["best"].round(2).tolist()
             [0.0, 1.0, 0.0]
         """
-        import pandas as pd
-
-        ranking = self.feasible_ranking()
-        objectives = self.schema.objectives
-        names = list(map(error_column, objectives))
-        if not has_errors(self):
-            rule = f"one with the standard errors in columns {', '.join(map(repr, names))}"
-            remedy = "average tests by pymoo_psi.analysis.average_repeats(table, label)"
-            raise invalid("the table", rule, Received("none"), remedy)
-        errors = np.column_stack([self.column(name)[ranking.rows] for name in names])
-        counts = None
-        if N_TESTS in self.schema.outputs:
-            counts = self.column(N_TESTS)[ranking.rows]
-        expected, shares = probabilities(ranking, errors, counts)
-        frame = pd.DataFrame(expected, list(ranking.objectives.labels), list(objectives))
-        frame[["pareto", "best", "near_best"]] = shares
-        return frame
+        return confidence_frame(self, self.feasible_ranking())
 
     def refined_bounds(self, *, margin: float = 0.0) -> tuple[Array, Array]:
         """Return the bounds of the feasible set, for the next investigation.
@@ -663,21 +474,10 @@ class TestTable(View, Shown):
         """
         if finite_number("margin", margin) < 0:
             raise invalid("margin", "0 or more", margin)
-        feasible = self.feasible()
-        if not feasible.any():
-            raise self._none_feasible()
-        schema = self.evaluated  # a variable may be an objective of the formulation
-        lower = schema.lower.copy()
-        upper = schema.upper.copy()
-        for j, column in enumerate(schema.with_role(VARIABLE)):
-            if column.kind in (Kind.BINARY, Kind.CHOICE):
-                continue
-            cells = self.column(column.name)[feasible]
-            low, high = _widened(float(cells.min()), float(cells.max()), margin, column.kind)
-            # fmax and fmin ignore a bound that is NaN, as there is none.
-            lower[j] = np.fmax(low, lower[j])
-            upper[j] = np.fmin(high, upper[j])
-        return lower, upper
+        feasible = self.take(self.feasible())
+        if not len(feasible):
+            raise none_feasible(self)
+        return self.evaluated.bounds_around(feasible.data, margin)
 
     # Tables put together
 
@@ -695,7 +495,7 @@ class TestTable(View, Shown):
             >>> first.extended(second).numbers
             array([1, 2])
         """
-        whole = self._stacked([self, *blocks])
+        whole = stacked([self, *blocks])
         require_distinct(whole.numbers)
         return whole
 
@@ -715,66 +515,7 @@ class TestTable(View, Shown):
             array([1, 2, 3, 4])
         """
         instance("other", other, TestTable)
-        whole = self._stacked([self, other])
-        _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
-        earlier = rows[inverse]  # the first row with the number of each row
-        data = dict(whole.data)
-        for name, cells in whole.data.items():
-            before = cells[earlier]
-            differing = unequal(before, cells, _ROUNDING)
-            if name in (*whole.evaluated.outputs, *whole.evaluated.notes):  # some tables lack them
-                is_gap = blank(before)
-                differing &= ~(is_gap | blank(cells))
-                data[name] = cells.copy()
-                data[name][earlier[is_gap]] = cells[is_gap]
-            for row in np.flatnonzero(differing)[:1]:
-                test = whole.take([row]).names[0]
-                raise invalid(
-                    "tests",
-                    "the same for each number",
-                    Received(f"{before[row]} and {cells[row]} as {name} of {test}"),
-                    "do not join runs of different problems, bounds or versions",
-                )
-        return replace(whole, data=data).take(rows)
-
-    def _stacked(self, tables: Sequence[TestTable]) -> TestTable:
-        """Return the tests of tables one below the other, as evaluated, under this formulation."""
-        tables = [table for table in tables if len(table) or table.evaluated.columns] or [self]
-        whole = tables[0]
-        for table in tables[1:]:
-            difference = table_difference(whole, table)
-            if difference:
-                rule = "of one problem and formulation to be joined"
-                raise invalid("tables", rule, Received(difference))
-            problem = whole.problem
-            if "problem" not in (problem or {}):
-                problem = table.problem
-            whole = replace(
-                whole,
-                evaluated=whole.evaluated.joined(table.evaluated),
-                # The first test with a number counts.
-                failures={**table.failures, **whole.failures},
-                problem=problem,
-            )
-        data: Columns = {}
-        for column in whole.evaluated.columns:
-            data[column.name] = np.concatenate([table._cells_of(column) for table in tables])
-        remarks = dict.fromkeys(remark for table in tables for remark in table.remarks)
-        return replace(
-            whole,
-            data=data,
-            numbers=np.concatenate([table.numbers for table in tables]),
-            remarks=tuple(remarks),
-        )
-
-    def _cells_of(self, column: Column) -> AnyArray:
-        """Return the cells of a column as evaluated, blank ones of one that is not there."""
-        if column.role == VARIABLE:
-            return cells_of_kind(column.name, self.data[column.name], column.kind)
-        if column.name in self.data:
-            return self.data[column.name]
-        missing = np.nan if column.role in NUMBERS_ROLES else None
-        return np.full(len(self), missing)
+        return merged(self, other)
 
     def equals(self, other: object) -> bool:
         """Whether another table is equal in every column, value and decision.
@@ -786,15 +527,7 @@ class TestTable(View, Shown):
             >>> table.equals(table.take([0, 1])), table.equals(table.take([0]))
             (True, False)
         """
-        if not isinstance(other, TestTable) or len(self) != len(other):
-            return False
-        if _stated(self) != _stated(other):
-            return False
-        columns = columns_of(other)
-        for name, cells in columns_of(self).items():
-            if unequal(cells, columns[name]).any():
-                return False
-        return True
+        return isinstance(other, TestTable) and are_equal(self, other)
 
     # For readers
 
@@ -909,88 +642,9 @@ class TestTable(View, Shown):
         return self
 
 
-def _is_value(label: str) -> bool:
-    """Whether a label alone would be taken for a value: 7, 1.5, -2."""
-    return re.fullmatch(r"[-+−]?\d*[.,]?\d+(?:[eE][-+]?\d+)?", label) is not None
-
-
-def _widened(low: float, high: float, margin: float, kind: Kind | None) -> tuple[float, float]:
-    """Return the ends of a range that is wider on each side by a share of its width."""
-    if kind is Kind.LOG:
-        growth = (high / low) ** margin
-        return low / growth, high * growth
-    step = margin * (high - low)
-    if kind is Kind.INTEGER:
-        return float(np.floor(low - step)), float(np.ceil(high + step))
-    return low - step, high + step
-
-
 def require_table(table: object) -> None:
     """Refuse what is no table, such as an array or the name of a file."""
     instance("table", table, TestTable, "pymoo_psi.read_table(...) makes one of any source")
-
-
-def has_errors(table: TestTable) -> bool:
-    """Whether the feasible designs have a standard error of each objective."""
-    names = list(map(error_column, table.schema.objectives))
-    if not {*names} <= {*table.schema.outputs}:
-        return False
-    designs = table.feasible()
-    return all(np.isfinite(table.column(name)[designs]).all() for name in names)
-
-
-def table_difference(a: TestTable, b: TestTable) -> str:
-    """Return the first difference between two tables apart from their tests, or "".
-
-    It is no difference if one of them lacks an output, a note or the problem, nor if kinds differ:
-    a table without declared kinds has those that its values show.
-    """
-    facts = _facts(a, b)
-    others = _facts(b, a)
-    for name, fact in facts.items():
-        if others.get(name, fact) != fact:
-            return f"{name} {fact} against {others[name]}"
-    return ""
-
-
-def _stated(table: TestTable) -> Values:
-    """Return the columns and the decision, in which no ranges are those of the Pareto set."""
-    ranges = {"ranges": table.fixed_ranges}
-    return schema_head(table.schema) | decision_head(table.decision) | ranges
-
-
-def _facts(table: TestTable, other: TestTable) -> Values:
-    """Return what the tests of a table have in common, by the words for it.
-
-    The problem is compared as a whole if both tables know theirs: what only one has is a fact, too.
-    """
-    schema = table.evaluated
-    facts: Values = {}
-    for role in (VARIABLE, OBJECTIVE, INEQUALITY, EQUALITY):
-        facts[role] = schema.of_role(role)
-    facts["eq_tolerance"] = schema.eq_tolerance
-    for column in schema.columns:
-        column = column._replace(role=column.role.replace(LABEL, NOTE), kind=None)
-        for attribute, value in column._asdict().items():
-            facts[f"{attribute} of {column.name}"] = value
-    facts["formulation"] = replace(table.formulation, ranges=table.fixed_ranges)
-    problem = table.problem or {}
-    other_problem = other.problem or {}
-    if "problem" in problem and "problem" in other_problem:
-        facts |= dict.fromkeys(identity_facts(other_problem, problem), "absent")
-        facts |= identity_facts(problem, other_problem)
-    return facts
-
-
-def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
-    """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
-    if one.dtype.kind == "f" == two.dtype.kind:
-        with np.errstate(over="ignore"):
-            return ~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True)
-    differing = []
-    for u, v in zip(one.tolist(), two.tolist(), strict=True):
-        differing.append(type(u) is not type(v) or (u != v and (u == u or v == v)))
-    return np.array(differing, dtype=bool)
 
 
 def _writable_reasons(reasons: Mapping[int, str], numbers: Integers) -> dict[int, str]:
@@ -1009,22 +663,3 @@ def _matrix(name: str, values: ArrayLike | None, n: int) -> Array:
     if values is None:
         return np.zeros((n, 0))
     return np.array(real_array(name, values), order="C", ndmin=1)
-
-
-def checked_numbers(value: ArrayLike) -> Integers:
-    """Return numbers of tests as a new array: distinct integers from 1."""
-    array = real_array("numbers", value)
-    # Beyond 2^53 not every integer is a float64.
-    if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
-        raise invalid("numbers", "one-dimensional, of integers from 1 to 2^53", value)
-    numbers = array.astype(np.int64)
-    require_distinct(numbers)
-    return numbers
-
-
-def require_distinct(numbers: Integers) -> None:
-    """Refuse duplicate numbers of tests."""
-    ordered = np.sort(numbers, kind="stable")  # fast where they ascend, but for a few places
-    twice = ordered[1:][ordered[1:] == ordered[:-1]]
-    if len(twice):
-        raise invalid("the tests of a table", "distinct", Received(f"test {twice[0]} twice"))

@@ -1,27 +1,33 @@
-"""Tests under a formulation: the arrays that pymoo and the mathematics of Pareto sets take.
+"""Tests under a formulation: rows, columns, and the arrays that pymoo and Pareto sets take.
 
-Nothing here is kept in a file: it follows from columns as evaluated, and is computed when it is
-asked for. This is the only place that knows signs: ``F`` is minimised, columns have the original
+The attributes are what a file keeps. All else follows from them, and is computed when it is asked
+for. This is the only place that knows signs: ``F`` is minimised, columns have the original
 direction.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import first_of, matrix_of
 from pymoo_psi._validation import (
     AnyArray,
     Array,
     Columns,
+    Entries,
     Integers,
     Mask,
+    Received,
     Rows,
+    invalid,
+    known_name,
+    real_array,
     require_shape,
 )
 from pymoo_psi.pareto import nondominated, violated_constraints
@@ -35,10 +41,14 @@ from pymoo_psi.table._schema import (
     INEQUALITY,
     NOT_OF_DESIGNS,
     OBJECTIVE,
+    TEST,
     VARIABLE,
     Column,
     Schema,
 )
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 MATRICES = {"F": OBJECTIVE, "G": INEQUALITY, "H": EQUALITY}
 STATUSES = ("ok", "infeasible", "failed")
@@ -47,13 +57,18 @@ _OK, _INFEASIBLE, _FAILED = range(3)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class View:
-    """The arrays of n tests under a formulation; see :class:`TestTable`, which adds questions."""
+    """The rows, columns and arrays of n tests under a formulation; see :class:`TestTable`."""
 
     evaluated: Schema
     data: Columns
     numbers: Integers
     failures: Mapping[int, str] = field(default_factory=dict)
     decision: Decision = field(default_factory=Decision)
+    problem: Entries | None = None
+    remarks: tuple[str, ...] = ()
+    decimal: str = "."
+    separator: str = ","
+    n_stored: int = 0
 
     def __post_init__(self) -> None:
         """Make the arrays read-only, as all formulations share them, and check their lengths."""
@@ -116,6 +131,113 @@ class View:
         for cells in columns.values():
             cells.setflags(write=False)
         return columns
+
+    # Rows and columns
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns: variables, objectives, constraints, outputs, label and notes.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).columns
+            ('x1', 'f1', 'f2')
+        """
+        return self.schema.names
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of tests and of columns.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).shape
+            (1, 3)
+        """
+        return len(self), len(self.columns)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the columns, as a data frame does."""
+        return iter(self.columns)
+
+    def column(self, name: str) -> AnyArray:
+        """``(n,)`` values of a column; objectives are in the original direction.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+            ArgumentTypeError: The name is not text.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> schema = Schema.of(["width"], ["mass", "gain"], maximize=["gain"])
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3, -0.8], [4, -0.9]], schema=schema)
+            >>> table.column("width"), table["gain"]
+            (array([0.1, 0.5]), array([0.8, 0.9]))
+        """
+        return self._columns[known_name("column", name, self.columns)]
+
+    def __getitem__(self, name: str) -> AnyArray:
+        """Return the ``(n,)`` values of a column: :meth:`column`."""
+        return self.column(name)
+
+    def take(self, selection: ArrayLike) -> Self:
+        """Return the table of some rows.
+
+        Args:
+            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order. A mask or an
+                index of :meth:`to_frame` selects by numbers of tests, however it is sorted.
+
+        Raises:
+            ArgumentValueError: The selection is neither mask nor indices; a mask is not of
+                shape (n,), an index is out of range or occurs twice.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.take([2, 0]).numbers, table.take(table.F[:, 0] > 1).numbers
+            (array([3, 1]), array([2, 3]))
+        """
+        rows = self._rows_of(selection)
+        numbers = self.numbers.take(rows)
+        require_distinct(numbers)
+        failures = self.failures
+        if failures:
+            selected = {*numbers.tolist()}
+            failures = {number: why for number, why in failures.items() if number in selected}
+        # `take` of an array needs a quarter of the time of an index in brackets.
+        data = {name: cells.take(rows) for name, cells in self.data.items()}
+        table = replace(self, data=data, numbers=numbers, failures=failures)
+        if "_front" in vars(self) and self._front[rows].all():
+            # A part of a Pareto set is one. Of 2^20 points, the search takes a third of the time.
+            vars(table)["_front"] = np.ones(len(rows), dtype=bool)
+        return table
+
+    def _rows_of(self, selection: Any) -> Rows:
+        """Return the indices of the rows that :meth:`take` selects."""
+        rows = selection
+        if str(getattr(rows, "dtype", "")) in ("bool", "boolean"):
+            rows = self._by_row(rows, False)
+        elif getattr(rows, "name", None) == TEST and hasattr(rows, "get_indexer"):  # of pandas
+            row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
+            rows = [row_of_number.get(number, len(self)) for number in rows]
+        indices = np.asarray(rows)
+        if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
+            indices = indices.astype(np.intp)
+        problem: object = f"shape {indices.shape}"
+        if indices.ndim == 1:
+            try:
+                return np.asarray(np.arange(len(self))[indices])
+            except IndexError as error:
+                problem = error
+        raise invalid("selection", "a mask or indices of rows", Received(problem))
+
+    def _by_row(self, values: Any, missing: Any) -> Any:
+        """Return a series of pandas in the order of the rows, if it has numbers of tests."""
+        if getattr(getattr(values, "index", None), "name", None) == TEST:
+            return values.reindex(self.numbers, fill_value=missing).to_numpy()
+        return values
+
+    # Matrices, as pymoo has them
 
     def _matrix(self, role: str) -> AnyArray:
         """Return the columns of a role as a matrix, of objects if their types differ."""
@@ -404,3 +526,22 @@ def columns_of_matrix(name: str, matrix: Array, schema: Schema, n: int) -> Colum
     columns = schema.with_role(MATRICES[name])
     require_shape(name, matrix, (n, len(columns)))
     return {column.name: minimized(column, matrix[:, j]) for j, column in enumerate(columns)}
+
+
+def checked_numbers(value: ArrayLike) -> Integers:
+    """Return numbers of tests as a new array: distinct integers from 1."""
+    array = real_array("numbers", value)
+    # Beyond 2^53 not every integer is a float64.
+    if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
+        raise invalid("numbers", "one-dimensional, of integers from 1 to 2^53", value)
+    numbers = array.astype(np.int64)
+    require_distinct(numbers)
+    return numbers
+
+
+def require_distinct(numbers: Integers) -> None:
+    """Refuse duplicate numbers of tests."""
+    ordered = np.sort(numbers, kind="stable")  # fast where they ascend, but for a few places
+    twice = ordered[1:][ordered[1:] == ordered[:-1]]
+    if len(twice):
+        raise invalid("the tests of a table", "distinct", Received(f"test {twice[0]} twice"))
