@@ -66,6 +66,13 @@ def pytest_configure(config):
     settings.load_profile(profile)
 
 
+@pytest.hookimpl(optionalhook=True, wrapper=True)
+def pytest_xdist_auto_num_workers():
+    """Three processes for two cores, as many tests wait for processes and browsers."""
+    n = yield
+    return n + n // 2
+
+
 def is_among(path, names, folder):
     return any(path.is_relative_to(folder / name) for name in names)
 
