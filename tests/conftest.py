@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 from importlib.metadata import version
 from pathlib import Path
 
@@ -12,6 +13,12 @@ from hypothesis import HealthCheck, settings
 # Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
 # threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# A study is written to the disk after each round, which takes milliseconds, in memory none.
+MEMORY = Path("/dev/shm")
+if MEMORY.is_dir() and shutil.disk_usage(MEMORY).free > 2**30:
+    may_run_programs = not os.statvfs(MEMORY).f_flag & os.ST_NOEXEC
+    if may_run_programs:
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY))
 # To look for garbage after every 700 objects takes a twentieth of the time of all tests.
 gc.set_threshold(20_000, 20, 20)
 

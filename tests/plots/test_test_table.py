@@ -300,8 +300,9 @@ def test_logarithmic_axes_of_any_length_have_ticks(ends):
 def test_little_is_drawn_as_well(n, plot):
     X = np.ones((n, 2))
     table = TestTable.of(range(1, n + 1), X, X, schema=Schema.of(2, 2))
-    assert_whole(plot(table))
-    assert "best trade-offs of the two" not in texts(plot(table))  # a point has no line
+    figure = plot(table)
+    assert_whole(figure)
+    assert "best trade-offs of the two" not in texts(figure)  # a point has no line
 
 
 def test_any_name_can_be_drawn():

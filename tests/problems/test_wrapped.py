@@ -83,9 +83,9 @@ pairs = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS)
 @pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
 def test_a_new_wrapper_equals_a_problem_by_hand(pair, wrap):
     wrapped, written = map(wrap, pair)
-    expected = investigate(written, 48)
-    assert investigate(wrapped, 48).equals(expected)
-    assert minimize(wrapped, PSI(48, block_size=10)).algorithm.table.equals(expected)
+    expected = investigate(written, 20)
+    assert investigate(wrapped, 20).equals(expected)
+    assert minimize(wrapped, PSI(20, block_size=6)).algorithm.table.equals(expected)
 
 
 @pairs

@@ -392,6 +392,7 @@ def test_small_and_odd_tables(values):
     assert "nan" not in text.replace("dominan", "")
 
 
+@undrawn
 def test_rows_of_two_files_are_not_the_same_designs():
     frames = [pd.DataFrame({"a": [a, 2, 4], "b": [4.0, 2, 1]}) for a in (1.0, 3.0)]
     _, *rows = lines(decision_report(frames[0], prototype=frames[1]), "All 3 designs")
@@ -425,6 +426,7 @@ def test_a_choice_that_does_not_count_is_said(chosen, warning):
     assert f"{chosen}, the chosen design, {warning}." in html
 
 
+@undrawn
 def test_the_sheet_has_the_decision_of_the_group():
     names = [f"test {number}" for number in LIMITED.take(LIMITED.pareto()).numbers]
     positions = [

@@ -99,7 +99,7 @@ def test_named_designs_and_bounds_of_the_scenario():
         {"a": 0.75, "m": "x", "b": True},
         {"a": 0.2, "m": "y", "b": False},
     ]
-    options = {"uncertainty": {"k": stats.uniform(0.5, 0.5)}, "n_scenarios": 63}
+    options = {"uncertainty": {"k": stats.uniform(0.5, 0.5)}, "n_scenarios": 15}
     kept = robustness(mixed, designs, **options).sort_index()
     assert robustness(mixed, pd.DataFrame(designs), **options).sort_index().equals(kept)
     expected = [0, np.mean(Robust(mixed, **options).parameters[:, 0] < 0.75), 0]
