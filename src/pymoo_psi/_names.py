@@ -103,7 +103,7 @@ def argument(name: str, value: Any = None) -> str:
 
     Example:
         >>> argument("skip_rows", [3])
-        'skip_rows=[3]'
+        'read_table(..., skip_rows=[3])'
         >>> with named_as({}, ["skip_rows", "drop_incomplete"]):
         ...     argument("skip_rows", [3]), argument("drop_incomplete", True), argument("sheet")
         ('--skip-rows 3', '--drop-incomplete', 'an edit of the file')
@@ -112,7 +112,8 @@ def argument(name: str, value: Any = None) -> str:
     if options is None:
         if name == "objectives":  # an attribute, unlike the others
             return "Formulation(objectives=...)"
-        return f"{name}=" if value is None else f"{name}={value!r}"
+        given = "..." if value is None else repr(value)
+        return f"read_table(..., {name}={given})"  # which also opens sources of pages and reports
     if name not in options:
         return EDIT
     option = f"--{name.replace('_', '-')}"

@@ -134,6 +134,10 @@ def test_a_page_needs_a_feasible_design(table, received):
             r"source must be .*, got EfficiencyRanking\(",
         ),
         ({"prototype": 9}, r"prototype must be of shape \(n, m\)"),
+        (
+            {"prototype": beams().assign(mass=[np.nan, *range(1, len(beams()))])},
+            r"the prototype: row 1 .* by read_table\(\.\.\., drop_incomplete=True\)",
+        ),
     ],
 )
 def test_mistakes(change, message):

@@ -223,7 +223,8 @@ def read_table(
     except ArgumentValueError as error:
         if path is None and not isinstance(error, UnfitError):
             raise
-        raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
+        subject = path or f"the {name_of('source')}"
+        raise ArgumentValueError(f"{subject}: {error}") from None
     designs = table.take(table.feasible())
     remarks = [*table.remarks]
     if average_by is None and not isinstance(source, TestTable):
