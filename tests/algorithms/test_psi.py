@@ -330,3 +330,10 @@ def test_a_budget_of_evaluations_is_kept_exactly(algorithm):
 def test_points_without_an_evaluation_do_not_use_up_a_budget(problem, least):
     """But each test of a noisy model counts, also of designs that recur."""
     assert minimize(problem, PSI(1000), ("n_eval", least)).algorithm.evaluator.n_eval == least
+
+
+@pytest.mark.parametrize("run", [lambda *args: minimize(*args).algorithm, asked_and_told])
+def test_designs_that_violate_a_requirement_are_counted_once(run):
+    problem = Required(CHUTE, {"r": "x1 <= 0.3"})
+    algorithm = run(problem, PSI(32, block_size=8))
+    assert problem.n_not_run == (algorithm.table.X[:, 0] > 0.3).sum() > 0

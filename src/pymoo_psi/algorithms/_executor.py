@@ -7,7 +7,7 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -66,6 +66,20 @@ class Block(NamedTuple):
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         return Block(self.numbers[rows], self.tests.take(rows), self.is_called)
+
+
+class Evaluation(NamedTuple):
+    """What a worker has returned.
+
+    Attributes:
+        numbers: The numbers of the points, one or those of a piece.
+        values: The values of the design; or the tests of the piece that are needed.
+        seconds: What it took.
+    """
+
+    numbers: Sequence[int] | Numbers
+    values: Any
+    seconds: float
 
 
 class PieceTask:
@@ -162,20 +176,21 @@ class Executor:
             self.queue = _queue_of_points(model, options, together)
         self.may_end_early = True
         self._known: dict[str, Values] = {}  # values by design, where designs recur
+        self._n_checked = 0  # the number of the last point with violations that are counted
         self._reset()
 
     def _reset(self) -> None:
         """Forget all points."""
         # The outputs of points without failure, by number, while some outputs are awaited.
         self._outputs: dict[int, list[str]] = {}
-        self._under_way: set[str] = set()  # designs, where these recur
-        self._held = Points.none()  # points of the same designs
-        self._results: list[Any] = []  # of designs, or of pieces
-        self._answered: list[Block] = []  # tests for which the model is not called
+        # The numbers of the points of each design under way, where designs recur; only the first
+        # one is evaluated.
+        self._under_way: dict[str, list[int]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
-        state = {"may_end_early": self.may_end_early, "_known": self._known}
+        names = ("may_end_early", "_known", "_n_checked")
+        state = {name: getattr(self, name) for name in names}
         return Executor, self._arguments, state
 
     def n_accepted(self, n_awaited: int) -> int:
@@ -199,18 +214,14 @@ class Executor:
         return min(n_awaited + n_ahead, enough)
 
     def submit(self, points: Points) -> list[Block]:
-        """Take points to evaluate, numbered above all earlier ones.
+        """Put points into the queue, numbered above all earlier ones, that need an evaluation.
 
         Returns:
-            The tests of those that need no evaluation.
+            The tests of the others, as of :meth:`answered`.
         """
-        answered = self.answers(points)
+        answered = self.answered(points)
         for block in answered:
             points = points.without(block.numbers)
-            if self._model.has_requirements:
-                is_met = self._model.meets_requirements(block.tests.X)
-                self._model.problem.n_not_run += np.count_nonzero(~is_met)
-        self._answered += answered
         if self.recurs:
             points = self._first_of_designs(points)
         if len(points) and not self.has_designs:
@@ -220,12 +231,16 @@ class Executor:
             space = self._model.space
             designs: Any = space.designs(points.matrix(space))
             if self._model.noisy:
-                designs = _with_seeds(designs, numbers, self._model.repeat)
+                seeds = [_seed(number, self._model.repeat) for number in numbers]
+                designs = zip(designs, seeds, strict=True)
             self.queue.add(zip(numbers, designs, strict=True))
         return answered
 
-    def answers(self, points: Points) -> list[Block]:
-        """Return the tests of the points for which the model is not called, if there are any."""
+    def answered(self, points: Points) -> list[Block]:
+        """Return the tests of the points for which the model is not called, if there are any.
+
+        Those that violate a requirement count as not run, each once.
+        """
         model = self._model
         answers = {}
         if self._known:
@@ -234,88 +249,104 @@ class Executor:
                     answers[number] = self._known[key]
         if model.has_requirements:
             is_unmet = ~model.meets_requirements(points.matrix(model.space))
-            answers |= dict.fromkeys(points.numbers[is_unmet].tolist(), _NOT_RUN)
-        if not answers:
-            return []
-        return [self._block(points, [*answers], [*answers.values()])]
+            numbers = points.numbers[is_unmet]
+            answers |= dict.fromkeys(numbers.tolist(), _NOT_RUN)
+            model.problem.n_not_run += np.count_nonzero(numbers > self._n_checked)
+            self._n_checked = max(self._n_checked, numbers.max(initial=0))
+        return self._blocks_of_answers(points, answers)
 
     def _keys(self, points: Points) -> list[str]:
         return self._model.keys(points.matrix(self._model.space))
 
     def _first_of_designs(self, points: Points) -> Points:
-        """Return the first point of each design that is not under way; hold the others."""
+        """Return the first point of each design that is not under way; the others wait for it."""
         is_first = []
-        for key in self._keys(points):
+        for number, key in zip(points.numbers.tolist(), self._keys(points), strict=True):
             is_first.append(key not in self._under_way)
-            self._under_way.add(key)
-        rows = np.array(is_first, dtype=bool)
-        self._held = self._held.joined(points.at(~rows))
-        return points.at(rows)
+            self._under_way.setdefault(key, []).append(number)
+        return points.at(np.array(is_first, dtype=bool))
 
-    def learn(self, tests: TestTable) -> None:
-        """Learn the results of tests, where designs recur; answer the points that wait for them."""
+    def learn(self, tests: TestTable) -> dict[int, Values]:
+        """Learn the results of tests, where designs recur.
+
+        Returns:
+            The values of the points that have waited for these, by number.
+        """
+        answers: dict[int, Values] = {}
         if not self.recurs:
-            return
+            return answers
         keys = self._model.keys(tests.X)
         for key, values in zip(keys, self._model.values(tests), strict=True):
             self._known.setdefault(key, values)
-        self._under_way.difference_update(keys)
-        held = self._held
-        self._held = Points.none()
-        if len(held):
-            self.submit(held)
+            answers |= dict.fromkeys(self._under_way.pop(key, [])[1:], self._known[key])
+        return answers
 
-    def wait(self) -> tuple[Sequence[int] | Numbers, float]:
-        """Wait for another result, or for a moment.
-
-        Returns:
-            The numbers of the points that are evaluated, and the seconds that a worker took.
-        """
+    def wait(self) -> Evaluation | None:
+        """Return another evaluation, or ``None`` after a moment without one."""
         try:
             result = self.queue.wait()
         except EvaluationError as error:  # of a piece, as each design has its own failure
             raise_original(error)
         if result is None:
-            return [], 0.0
-        self._results.append(result)
+            return None
         number, values, seconds = result
         if not self.has_designs:
-            return values[0], seconds
-        if self._model.awaited and not values["failure"]:
-            self._outputs[number] = [*values]
-            first = min(self._outputs)
-            if first < self.queue.first_pending:  # the same one for any number of workers
-                self._model.require_outputs(self._outputs[first])
-        return [number], seconds
+            numbers, tests = values
+            return Evaluation(numbers, tests, seconds)
+        return Evaluation([number], values, seconds)
 
-    @property
-    def has_tests(self) -> bool:
-        """Whether points are evaluated, the tests of which are not stored yet."""
-        return len(self._results) + len(self._answered) > 0
+    def require_outputs(self, evaluation: Evaluation) -> None:
+        """Refuse a formulation that uses an output which the first design without failure lacks.
 
-    def evaluated(self, points: Points) -> list[Block]:
-        """Return the tests of the evaluated ones of points, which stay until they are forgotten."""
-        blocks = []
-        if self._results:
-            numbers, values, seconds = zip(*self._results, strict=True)
-            if self.has_designs:
-                block = self._block(points, numbers, values)
-                block = block._replace(is_called=True, seconds=seconds)
-            else:
-                block = _block_of_pieces(values, seconds)
-            self.learn(block.tests)
-            blocks.append(block)
-        return blocks + self._answered
+        The task of a piece has refused it already.
+        """
+        if not self.has_designs or not self._model.awaited or evaluation.values["failure"]:
+            return
+        self._outputs[evaluation.numbers[0]] = [*evaluation.values]
+        first = min(self._outputs)
+        if first < self.queue.first_pending:  # the same one for any number of workers
+            self._model.require_outputs(self._outputs[first])
 
-    def forget_evaluated(self) -> None:
-        """Forget the evaluated points, the tests of which are stored."""
-        self._results = []
-        self._answered = []
+    def blocks(self, points: Points, evaluations: Sequence[Evaluation]) -> list[Block]:
+        """Return the tests of evaluated ones of points, and of those of the same designs."""
+        if not evaluations:
+            return []
+        pieces, values, seconds = zip(*evaluations, strict=True)
+        sizes = [*map(len, pieces)]
+        numbers = np.concatenate(pieces)
+        if self.has_designs:
+            tests = self._tests(points, numbers, values)
+        else:
+            first, *others = values
+            tests = first.extended(*others)
+        block = Block(numbers, tests, True, np.repeat(np.divide(seconds, sizes), sizes))
+        return [block, *self._blocks_of_answers(points, self.learn(tests))]
 
-    def _block(self, points: Points, numbers: ArrayLike, values: Sequence[Values]) -> Block:
+    def evaluate(self, points: Points) -> list[Block]:
+        """Evaluate points, wait for all of them, and return their tests."""
+        evaluations = []
+        try:
+            answered = self.submit(points)
+            while self.queue.n_pending:
+                evaluation = self.wait()
+                if evaluation is not None:
+                    evaluations.append(evaluation)
+                    self.require_outputs(evaluation)
+            return answered + self.blocks(points, evaluations)
+        finally:
+            self.close()
+
+    def _blocks_of_answers(self, points: Points, answers: Mapping[int, Values]) -> list[Block]:
+        """Return the tests of points by their values, by number, if there are any."""
+        if not answers:
+            return []
+        numbers = np.array([*answers])
+        return [Block(numbers, self._tests(points, numbers, [*answers.values()]))]
+
+    def _tests(self, points: Points, numbers: Numbers, values: Sequence[Values]) -> TestTable:
         """Return the tests of designs, by the numbers of their points and their values."""
-        points = points.at(np.searchsorted(points.numbers, numbers))
-        return Block(points.numbers, self._model.tests(points, values))
+        rows = np.searchsorted(points.numbers, numbers)
+        return self._model.tests(points.at(rows), values)
 
     def close(self) -> None:
         """Drop points that are pending or not taken; workers with nothing to do are kept."""
@@ -323,13 +354,9 @@ class Executor:
         self._reset()
 
 
-def _with_seeds(
-    designs: Sequence[Any], numbers: Sequence[int], repeat: int = 1
-) -> list[tuple[Any, int]]:
-    """Return designs of a noisy model, each with the seed of its test."""
-    # from 0 to 2³¹ - 1
-    seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
-    return [*zip(designs, seeds, strict=True)]
+def _seed(number: int, repeat: int) -> int:
+    """Return the seed of a test of a noisy model, from 0 to 2³¹ - 1."""
+    return zlib.crc32(f"{number} {repeat}".encode()) >> 1
 
 
 def _runner_of(problem: Any) -> Runner:
@@ -338,20 +365,6 @@ def _runner_of(problem: Any) -> Runner:
     if not isinstance(runner, Runner):  # pymoo's, which is a loop
         return Runner()
     return runner
-
-
-def _block_of_pieces(
-    pieces: Sequence[tuple[Numbers, TestTable]], seconds: Sequence[float]
-) -> Block:
-    """Return the tests of pieces, each of which took some seconds."""
-    numbers, (first, *others) = zip(*pieces, strict=True)
-    sizes = [*map(len, numbers)]
-    return Block(
-        np.concatenate(numbers),
-        first.extended(*others),
-        True,
-        np.repeat(np.divide(seconds, sizes), sizes),
-    )
 
 
 def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue:

@@ -420,18 +420,11 @@ class _Evaluator(Evaluator):
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
         model = self.algorithm._run.model
-        executor = self.algorithm._run.executor
         numbers = pop.get("test_point").astype(np.int64)
         order = np.argsort(numbers)
         X = model.space.to_matrix(pop.get("X"))
         points = Points(numbers[order], 0, designs=X[order])
-        try:
-            executor.submit(points)
-            while executor.queue.n_pending:
-                executor.wait()
-            blocks = executor.evaluated(points)
-        finally:
-            executor.close()
+        blocks = self.algorithm._run.executor.evaluate(points)
         for block in blocks:
             if not block.is_called:
                 self.n_eval -= len(block.numbers)

@@ -1,9 +1,17 @@
 """A run: it joins a source of points, an executor that evaluates them, and a store of tests.
 
-:meth:`Run.tests` and :meth:`Run.block` repeat one step (``_advance``). It asks the source for
-points, looks up which of them the store has, submits the rest to the executor, and waits; what is
-evaluated is stored, and the source is told. Before each step it does what people ask of the run.
-For the same points the table is the same for any number of workers and any size of a block.
+:meth:`Run.tests` and :meth:`Run.block` repeat one step (``_advance``), in which points go on from
+one state to the next; the :class:`Ledger` knows the state of each:
+
+- pending: the source has returned the point (``_ask``);
+- started (``_start``): a test that the store has, or that needs no evaluation, is stored at once;
+  the point is put into the queue of the executor otherwise;
+- evaluated: a worker has returned its values (``_advance``);
+- stored (``_store_evaluated``): the study has its test, and so has the source;
+- taken (``_take``): the caller has the test, and the ledger forgets the point.
+
+Before each step the run does what people ask of it. For the same points the table is the same for
+any number of workers and any size of a block.
 """
 
 from __future__ import annotations
@@ -24,11 +32,12 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
     Mask,
+    Numbers,
     Values,
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, Executor
+from pymoo_psi.algorithms._executor import Block, Evaluation, Executor
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._sources import (
     PlannedPoints,
@@ -54,55 +63,71 @@ _PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 _EVERY = 60.0  # seconds between two lines of a log
 
 
-# The states of a point, in their order.
-PENDING, EVALUATED, STORED = range(3)
+# The states of a point, in their order; 0 is before its start.
+PENDING, STARTED, EVALUATED, STORED = range(4)
 
 
 class Ledger:
     """The points of a run that its source has returned, until their tests are taken.
 
-    Points are started in their order; then they are evaluated, unless they have a test, and stored,
-    in any order.
+    Points are started in their order, and evaluated and stored in any order.
 
     Args:
-        points: The points, of which none is started.
+        points: The points, all of which are pending.
 
     Attributes:
         points: ``(n,)`` the points, by number.
-        n_started: How many of them, the first ones, are started.
         states: ``(n,)`` the state of each.
-        blocks: The tests that are stored and not taken.
+        evaluations: What the evaluated ones have returned.
+        seconds: How long these evaluations took, all together.
+        blocks: The tests of the stored ones.
     """
 
     def __init__(self, points: Points) -> None:
         self.points = points
-        self.n_started = 0
-        self.states = np.full(len(points), PENDING)
+        self.states = _pending(points)
         self.blocks: list[Block] = []
+        self.forget_evaluations()
+
+    @property
+    def n_started(self) -> int:
+        """How many of the points, the first ones, are no longer pending."""
+        return int(np.count_nonzero(self.states))
 
     def are_all(self, state: int, count: int) -> bool:
         """Whether the first points, so many of them, have reached a state."""
-        return bool((self.states[:count] >= state).all())
-
-    def mark(self, numbers: ArrayLike, state: int) -> None:
-        """Note the state of points by their numbers."""
-        self.states[np.searchsorted(self.points.numbers, numbers)] = state
+        return bool(self.states[:count].min(initial=STORED) >= state)
 
     def add(self, points: Points) -> None:
-        """Add points, numbered above all earlier ones."""
+        """Add pending points, numbered above all earlier ones."""
         self.points = self.points.joined(points)
-        self.states = np.append(self.states, np.full(len(points), PENDING))
+        self.states = np.append(self.states, _pending(points))
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
-        points = self.points.at(slice(self.n_started, self.n_started + count))
-        self.n_started += len(points)
-        return points
+        n_started = self.n_started
+        rows = slice(n_started, n_started + count)
+        self.states[rows] = STARTED
+        return self.points.at(rows)
+
+    def evaluate(self, evaluation: Evaluation) -> None:
+        """Note what the evaluation of points has returned."""
+        self.evaluations.append(evaluation)
+        self._mark(evaluation.numbers, EVALUATED)
+        self.seconds += evaluation.seconds
+
+    def forget_evaluations(self) -> None:
+        """Forget what evaluations have returned, as it is stored."""
+        self.evaluations: list[Evaluation] = []
+        self.seconds = 0.0
 
     def store(self, block: Block) -> None:
         """Note tests that are stored."""
-        self.mark(block.numbers, STORED)
+        self._mark(block.numbers, STORED)
         self.blocks.append(block)
+
+    def _mark(self, numbers: ArrayLike, state: int) -> None:
+        self.states[np.searchsorted(self.points.numbers, numbers)] = state
 
     def take(self, last: int) -> Iterator[Block]:
         """Take the stored tests of the points up to a number."""
@@ -118,9 +143,12 @@ class Ledger:
 
     def keep(self, rows: Mask) -> None:
         """Keep some points, and drop the others."""
-        self.n_started = int(np.count_nonzero(rows[: self.n_started]))
         self.points = self.points.at(rows)
         self.states = self.states[rows]
+
+
+def _pending(points: Points) -> Numbers:
+    return np.full(len(points), PENDING, dtype=np.int8)  # small, as each step looks at all of them
 
 
 class Run:
@@ -159,7 +187,6 @@ class Run:
         # Of the study, while points are evaluated, which may go on between two calls.
         self._lock: ExitStack | None = None
         self._last_commit = 0.0  # its time, or that of the beginning
-        self._computed = 0.0  # seconds of all workers since then
         self._steered = "continue"  # the last request of people: to continue, pause or stop
 
     def __getstate__(self) -> Values:
@@ -228,7 +255,7 @@ class Run:
                 while not self._ledger.are_all(STORED, n_points) and self._advance(n_points):
                     pass
                 if self.executor.queue.n_pending == 0:
-                    self._keep_evaluated()
+                    self._store_evaluated()
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
@@ -246,7 +273,7 @@ class Run:
     def known(self, points: Points) -> TestTable:
         """Return the tests of the points that need no evaluation, by number."""
         stored = self.store.recall(points)
-        answered = self.executor.answers(points.without(stored.numbers))
+        answered = self.executor.answered(points.without(stored.numbers))
         return by_number([stored, *(block.tests for block in answered)])
 
     def close(self) -> None:
@@ -258,7 +285,7 @@ class Run:
         if self._lock is None:
             return
         try:
-            self._keep_evaluated()
+            self._store_evaluated()
         finally:
             self.executor.close()
             self._lock.close()
@@ -349,16 +376,17 @@ class Run:
         """
         self._follow_requests()
         if self._is_commit_due(n_awaited):
-            self._keep_evaluated()
+            self._store_evaluated()
             return True
         points = self._next_to_start(n_awaited)
         if len(points):
             self._start(points)
             return True
         if self.executor.queue.n_pending:
-            numbers, seconds = self.executor.wait()
-            self._ledger.mark(numbers, EVALUATED)
-            self._computed += seconds
+            evaluation = self.executor.wait()
+            if evaluation is not None:
+                self._ledger.evaluate(evaluation)
+                self.executor.require_outputs(evaluation)  # the evaluation is stored all the same
             return True
         if self._steered == "pause":
             time.sleep(_PAUSE_SECONDS)
@@ -369,13 +397,14 @@ class Run:
 
     def _is_commit_due(self, n_awaited: int) -> bool:
         """Whether to store the evaluated tests now."""
-        if not self.executor.has_tests:
+        ledger = self._ledger
+        if not ledger.evaluations:
             return False
         queue = self.executor.queue
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * queue.runner.n_workers)
-        is_late = self._computed >= much or time.monotonic() - self._last_commit >= SECONDS
-        is_complete = queue.n_pending == 0 or self._ledger.are_all(EVALUATED, n_awaited)
+        is_late = ledger.seconds >= much or time.monotonic() - self._last_commit >= SECONDS
+        is_complete = queue.n_pending == 0 or ledger.are_all(EVALUATED, n_awaited)
         return is_late or is_complete or self.source.eager
 
     def _next_to_start(self, n_awaited: int) -> Points:
@@ -405,22 +434,23 @@ class Run:
             self._report(Block(stored.numbers, stored))
         if len(points):
             for block in self.executor.submit(points):
-                self._ledger.mark(block.numbers, EVALUATED)
+                self._store(block)
 
-    def _keep_evaluated(self) -> None:
-        """Store and report the tests that are evaluated; after an interrupt it can be repeated."""
-        blocks = self.executor.evaluated(self._ledger.points)
+    def _store_evaluated(self) -> None:
+        """Store the tests of evaluated points; after an interrupt it can be repeated."""
+        ledger = self._ledger
         try:
-            for block in blocks:
-                self.store.keep(block.tests, block.seconds)
-        except Exception:
-            self.executor.forget_evaluated()
+            for block in self.executor.blocks(ledger.points, ledger.evaluations):
+                self._store(block)
+        except Exception:  # the run ends, which shall not store them once more
+            ledger.forget_evaluations()
             raise
-        self.executor.forget_evaluated()
-        for block in blocks:
-            self._report(block)
+        ledger.forget_evaluations()
         self._last_commit = time.monotonic()
-        self._computed = 0.0
+
+    def _store(self, block: Block) -> None:
+        self.store.keep(block.tests, block.seconds)
+        self._report(block)
 
     def _report(self, block: Block) -> None:
         """Report stored tests to the source."""
