@@ -170,11 +170,8 @@ def plot_table(
         tops, rows = rows, []
     if max(len(tops), len(rows)) > MATRIX:
         rows = []
-    planes = []
-    if rows:
-        planes = [*tops, *rows]
-    points = points_of_table(table, planes)
     histograms = [histogram(table, name) for name in tops]
+    points = points_of_table(table, [*tops, *rows] if rows else [])
     n = len(tops)
     n_columns = min(n, MATRIX)
     with panels(n * (1 + len(rows)), n_columns, width=width, sharey="row") as (figure, axes):
@@ -184,7 +181,7 @@ def plot_table(
             label = ""
             if not rows:  # otherwise the planes below have the name
                 label = with_unit(bars.variable, schema[bars.variable].unit)
-                if ax.get_xscale() == "log":
+                if bars.logarithmic:
                     label += ", log"
             figure.fit(name_axis, ax, "x", label, bars.values)
             if rows and not bars.values:  # options have an interval each, and are aligned
@@ -211,19 +208,18 @@ def _column_names(argument: str, names: Names | None, default: Names, schema: Sc
 
 def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
     """Draw the share of each group in each interval."""
-    feasible = table.feasible()
-    groups = [
-        (len(table), "in all", bars.tested, _ALL),
-        (feasible.sum(), within_limits(table).strip() or "not failed", bars.feasible, _WITHIN),
-        (table.pareto()[table.ranked_as].sum(), PARETO, bars.pareto, _OPTIMAL),
-    ]
-    is_variable = bars.variable in table.schema.variables
     if bars.logarithmic:
         set_log(axes, "x", table.decimal)
+    feasible = table.feasible()
+    words = within_limits(table).strip() or "not failed"
+    tested = (len(table), "in all", bars.tested, _ALL)
+    within = (feasible.sum(), words, bars.feasible, _WITHIN)
+    optimal = (table.pareto()[table.ranked_as].sum(), PARETO, bars.pareto, _OPTIMAL)
+    groups = [tested, within, optimal]
     if feasible.all():
-        del groups[1]
-    elif not is_variable:
-        del groups[0]  # the intervals span the feasible designs; others are outside
+        groups = [tested, optimal]
+    elif bars.variable not in table.schema.variables:
+        groups = [within, optimal]  # the intervals span the feasible designs; others are outside
     for n, name, counts, style in groups:
         axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=f"{n} {name}", **style)
 
@@ -367,10 +363,10 @@ def plot_ranking(
     front = ranking.by_place[: ranking.pareto.sum()]
     n_named, n_near = _lines_to_tell_apart(len(front), width)
     named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
-    rows = [places_in_row(ranking, j, x) for j, x in enumerate(ranking.objectives.values.T)]
+    columns = enumerate(ranking.objectives.values.T)
+    rows, is_log = zip(*(places_in_row(ranking, j, values) for j, values in columns), strict=True)
     # What is better than a fixed range counts as its best end.
-    places = np.minimum(np.column_stack([places for places, _ in rows]), 1.0)
-    is_log = [log for _, log in rows]
+    places = np.minimum(np.column_stack(rows), 1.0)
     # Rows reach beyond the range for designs worse than a fixed one, and for a marked design; but a
     # far worse one has an arrow at the edge, as the others need the room.
     edge = min(0.0, places[front].min(), max(_BEYOND, places[[*marks]].min()))
@@ -577,17 +573,16 @@ def _draw_lines(
     others = f"{n_others} more not dominated"
     dark, faint = _SHADES
     groups: list[tuple[Mask, str, Style]] = [
-        (is_near, label, {"color": dark, "linewidth": 0.8, "zorder": 2.1}),
-        (~is_near, others, {"color": faint, "linewidth": 0.5, "alpha": min(1.0, _MANY / n)}),
+        (is_near, label, {"color": dark, "linewidth": 0.8, "zorder": 2.1})
     ]
-    if n_others > _MOST:
-        del groups[1]
+    if 0 < n_others <= _MOST:
+        style: Style = {"color": faint, "linewidth": 0.5, "alpha": min(1.0, _MANY / n)}
+        groups.append((~is_near, others, style))
     for rows, text, style in groups:
-        if rows.any():
-            group = LineCollection(list(lines[rows]), rasterized=n > _MANY, clip_on=False, **style)
-            group.set_in_layout(False)
-            ax.add_collection(group)
-            ax.plot([], [], color=style["color"], label=text)
+        group = LineCollection(list(lines[rows]), rasterized=n > _MANY, clip_on=False, **style)
+        group.set_in_layout(False)
+        ax.add_collection(group)
+        ax.plot([], [], color=style["color"], label=text)
         if n <= NAMED:
             dots: Style = {"markersize": 2.8, "color": style["color"], "clip_on": False}
             ax.plot(places[rows].T, range(m), "o", **dots)
@@ -633,27 +628,23 @@ def _name_lines(
     """
     layout: Any = figure.get_layout_engine()
     layout.execute(figure)
-    widths = []
-    for name, pole in names:
-        name.set_visible(True)  # an invisible one has no size
-        widths.append(extent(name).width + 2 * _POLE * figure.dpi / 72)
-        pole.set_visible(True)
+    for artist in chain(*names):
+        artist.set_visible(True)  # an invisible name has no size
     begin, end = ax.transData.inverted().transform([[0, 0], figure.bbox.size])[:, 0]
-    across = np.array(widths) * (end - begin) / figure.bbox.width
-    levels, is_right = _flags(places, across, begin, end)
+    pads = 2 * _POLE * figure.dpi / 72
+    pixels = np.array([extent(name).width + pads for name, _ in names])
+    levels, is_right = _flags(places, pixels * (end - begin) / figure.bbox.width, begin, end)
+    for artist in chain(*names[len(levels) :]):
+        artist.set_visible(False)
     height = _ROW
     if n > _FEW:
         height = _LOW_ROW
-    for name, pole in names[len(levels) :]:
-        name.set_visible(False)
-        pole.set_visible(False)
-    for k, level in enumerate(levels):
-        name, pole = names[k]
+    for (name, pole), x, level, right in zip(names, places, levels, is_right, strict=False):
         y = n - 1 + (_FIRST + level * _LEVEL) / height
-        pole.set_data([places[k], places[k]], [n - 1, y])
-        name.xy = (places[k], y)
+        pole.set_data([x, x], [n - 1, y])
+        name.xy = (x, y)
         name.set(ha="left", position=(_POLE, 0))
-        if not is_right[k]:
+        if not right:
             name.set(ha="right", position=(-_POLE, 0))
     below = _FIRST + (levels.max(initial=0) + 1) * _LEVEL
     ax.set_ylim(n - 1 + below / height, -_ABOVE / height)

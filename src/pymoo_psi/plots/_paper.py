@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from pymoo_psi._validation import Array, Received, counted, invalid
 from pymoo_psi.chute import ChuteParameters, ModelName, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
-from pymoo_psi.plots._points import Column, Points, groups_in_words
+from pymoo_psi.plots._points import Coordinate, Points, groups_in_words
 from pymoo_psi.plots._style import (
     ACCENT,
     BESIDE,
@@ -226,7 +226,7 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
         for part, shown in ((axes[: len(pairs)], ranked | True), (axes[len(pairs) :], ranked)):
             columns = {}
             for name, values in zip(_LABELS, coordinates.T, strict=True):
-                columns[name] = Column(values, view(values[shown]))
+                columns[name] = Coordinate(values, view(values[shown]))
             for ax, (first, second) in zip(part, pairs, strict=False):
                 Points(columns, groups).draw(ax, first, second)
                 ax.xaxis.set_label_text(_LABELS[first])

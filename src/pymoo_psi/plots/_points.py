@@ -7,7 +7,7 @@ drawn. The key says what the markers mean, and the best designs have their names
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,16 @@ from pymoo_psi.plots._style import (
     set_log,
     view,
 )
-from pymoo_psi.table import Kind, Limit, TestTable, error_column, has_errors, value_ranks
+from pymoo_psi.table import (
+    VARIABLE,
+    Column,
+    Kind,
+    Limit,
+    TestTable,
+    error_column,
+    has_errors,
+    value_ranks,
+)
 
 Ends = tuple[float, float]
 Groups = Mapping[str, tuple[Style, Mask]]
@@ -83,7 +92,7 @@ _MARKED: Style = {  # the chosen or proposed design
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class Coordinate:
     """The values of a column as places on an axis.
 
     Attributes:
@@ -154,14 +163,14 @@ class Points:
     """Designs in planes of two of their columns.
 
     Attributes:
-        columns: Columns by name.
+        columns: Columns by name, as coordinates.
         groups: Groups of designs.
         named: Texts for designs by their row, that which is marked first: the name, and, if all
             Pareto-optimal designs have names, the place, which is in the name, too.
         word: "proposed" or "marked".
     """
 
-    columns: Mapping[str, Column]
+    columns: Mapping[str, Coordinate]
     groups: Groups
     named: Mapping[int, Sequence[str]] = field(default_factory=dict)
     word: str = ""
@@ -209,7 +218,7 @@ class Points:
             first_name: Style = {"color": ACCENT, "fontweight": "bold"}
             name_points(axes, np.column_stack([x.places, y.places]), self.named, first_name)
 
-    def _mark_outside(self, axes: Axes, x: Column, y: Column) -> None:
+    def _mark_outside(self, axes: Axes, x: Coordinate, y: Coordinate) -> None:
         """Draw an arrow at the edge of axes for each design outside."""
         label = f"{counted(self.outside.sum(), 'design')} outside the axes"
         sides = {
@@ -267,7 +276,7 @@ def _markers(style: Style, n: int) -> Style:
     }
 
 
-def _draw_front(axes: Axes, x: Column, y: Column, rows: Mask) -> None:
+def _draw_front(axes: Axes, x: Coordinate, y: Coordinate, rows: Mask) -> None:
     """Draw the staircase of two objectives: there is no design between two of them.
 
     A single one, the best in both objectives, is a corner of what all of them reach. Designs
@@ -314,55 +323,53 @@ def points_of_table(table: TestTable, names: Names, marked: Sequence[int] = ()) 
         names: Names of the columns.
         marked: Row of the design that is marked; empty if it is the proposed one.
     """
-    feasible = table.feasible()
-    pareto = table.pareto()[table.ranked_as]  # with the repeated tests of a design
     named = {row: [literal(table.names[row], _LETTERS)] for row in marked}
     word = "marked"
-    if names and table.schema.objectives and feasible.any():
+    if names and table.schema.objectives and table.feasible().any():
         ranking = table.feasible_ranking()
         front = ranking.by_place[: ranking.pareto.sum()]
-        is_few = len(front) <= NAMED
-        for place, row in zip(ranking.place[front], ranking.rows[front].tolist(), strict=True):
-            name = literal(table.names[row], _LETTERS)
-            if is_few:
-                named[row] = [f"{place}. {name}", str(place)]
-            elif not named:
-                named[row] = [name]
+        rows = ranking.rows[front].tolist()
+        if len(front) <= NAMED:
+            for place, row in zip(ranking.place[front], rows, strict=True):
+                named[row] = [f"{place}. {literal(table.names[row], _LETTERS)}", str(place)]
+        elif not named:
+            named = {rows[0]: [literal(table.names[rows[0]], _LETTERS)]}
         if next(iter(named)) in ranking.rows[ranking.salukvadze]:
             word = "proposed"
+    columns = {name: _coordinate(table, name, [*named][:1]) for name in names}
+    return Points(columns, _groups(table), named, word)
+
+
+def _groups(table: TestTable) -> Groups:
+    """Return the groups of tests: Pareto-optimal, dominated and infeasible ones."""
+    feasible = table.feasible()
+    pareto = table.pareto()[table.ranked_as]  # with the repeated tests of a design
+    style = _DOMINATED
+    if feasible.sum() > _MANY:
+        style = _DOT
     beyond = within_limits(table).replace(" within", "beyond")
-    groups = {
+    return {
         PARETO: (_PARETO, pareto),
-        "dominated": (_DOMINATED if feasible.sum() <= _MANY else _DOT, feasible & ~pareto),
+        "dominated": (style, feasible & ~pareto),
         beyond: (_INFEASIBLE, ~feasible & (table.status != "failed")),
     }
-    points = Points({}, groups, named, word)
-    return replace(points, columns={name: _column(table, name, points.marked) for name in names})
 
 
-def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
-    """Return a column of tests, whose axis shows the marked row, if there is one."""
+def _coordinate(table: TestTable, name: str, marked: Sequence[int]) -> Coordinate:
+    """Return a column of tests as a coordinate whose axis shows the marked row, if there is one."""
     column = table.schema[name]
     values = table.column(name)
     label = with_unit(name, column.unit)
-    is_variable = name in table.schema.variables
+    is_variable = column.role == VARIABLE
     if is_variable and column.kind in (Kind.BINARY, Kind.CHOICE):
         options, ranks = value_ranks(values)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        return Column(ranks + aside, (-0.5, len(options) - 0.5), label, options)
+        return Coordinate(ranks + aside, (-0.5, len(options) - 0.5), label, options)
     values = values.astype(np.float64)
-    inner = values[table.feasible()]
-    shown = values[marked]
-    is_log = _is_logarithmic(inner)
     if is_variable:
-        is_log = column.kind is Kind.LOG
-        inner = values
-        shown = np.append(shown, np.array([column.lower, column.upper], float))  # NaN if unknown
-    elif not is_log:
-        inner = _near(values, inner)
-    ends = _ends(inner, shown, is_log)
-    if is_variable and column.kind is Kind.INTEGER:
-        ends = (np.floor(ends[0]) + 0.5, np.ceil(ends[1]) - 0.5)
+        ends, is_log = _axis_of_variable(column, values, values[marked])
+    else:
+        ends, is_log = _axis_of_output(values, table.feasible(), values[marked])
     if is_log:
         label += ", log"
     sign = 0
@@ -372,13 +379,35 @@ def _column(table: TestTable, name: str, marked: Sequence[int]) -> Column:
         if has_errors(table):
             errors = table.column(error_column(name))
     limits = table.limits.get(name, Limit())[:2]
-    return Column(values, ends, label, (), is_log, limits, sign, errors, column.unit)
+    return Coordinate(values, ends, label, (), is_log, limits, sign, errors, column.unit)
 
 
-def _is_logarithmic(values: Array) -> bool:
-    """Return whether what a straight axis shows of positive values needs a logarithmic one."""
-    low, high = view(values)
-    return bool((values > 0).all()) and needs_logarithms(values[(values >= low) & (values <= high)])
+def _axis_of_variable(column: Column, values: Array, shown: Array) -> tuple[Ends, bool]:
+    """Return the ends of the axis of a variable with its bounds, and whether it is logarithmic."""
+    bounds = np.array([column.lower, column.upper], float)  # NaN if unknown
+    is_log = column.kind is Kind.LOG
+    low, high = _ends(values, np.append(shown, bounds), is_log)
+    if column.kind is Kind.INTEGER:
+        return (np.floor(low) + 0.5, np.ceil(high) - 0.5), is_log
+    return (low, high), is_log
+
+
+def _axis_of_output(values: Array, feasible: Mask, shown: Array) -> tuple[Ends, bool]:
+    """Return the ends of the axis of another column, and whether it is logarithmic.
+
+    An axis that shows every infeasible design would show nothing else: designs farther from the
+    feasible ones than a share of their range are outside.
+    """
+    inner = values[feasible]
+    low, high = view(inner)
+    inside = inner[(inner >= low) & (inner <= high)]
+    if (inner > 0).all() and needs_logarithms(inside):
+        return _ends(inner, shown, is_log=True), True
+    near = values
+    if len(np.unique(inner)) > 1:
+        reach = _BEYOND * (high - low)
+        near = values[(values >= low - reach) & (values <= high + reach)]
+    return _ends(near, shown, is_log=False), False
 
 
 def _ends(values: Array, shown: Array, is_log: bool) -> Ends:
@@ -388,16 +417,3 @@ def _ends(values: Array, shown: Array, is_log: bool) -> Ends:
     # A marked design need not be feasible, and so not positive.
     low, high = np.exp(view(np.log(values), *np.log(shown[shown > 0]))).tolist()
     return low, high
-
-
-def _near(values: Array, inner: Array) -> Array:
-    """Return the values of an output that its axis shows, given those of feasible designs.
-
-    An axis that shows every infeasible design would show nothing else: designs farther from the
-    feasible ones than a share of their range are outside.
-    """
-    if len(np.unique(inner)) <= 1:
-        return values
-    low, high = view(inner)
-    reach = _BEYOND * (high - low)
-    return values[(values >= low - reach) & (values <= high + reach)]

@@ -300,7 +300,6 @@ def name_axis(
         options: Texts at 0, 1, …; empty for an axis of numbers.
         sign: 1 where less is better, -1 where more is better, else 0.
     """
-    axis: Any = getattr(axes, f"{letter}axis")
     figure: Any = axes.figure
     grid: Any = axes.get_gridspec()
     room = figure.get_figwidth() * 72 / grid.ncols - _TICKS_WIDTH
@@ -309,27 +308,47 @@ def name_axis(
         head_axes(axes)
         room += _TICKS_WIDTH / 2
         n_ticks = _MOST_TICKS - 1
-    texts = [_BETTER[sign].format(literal(label))]
-    texts += [_ARROWS[letter][sign].format(literal(label, most)) for most in range(40, 2, -3)]
-    for text in texts if label else ():
-        axis.set_label_text(text)
-        if extent(axis.label).width * 72 <= room * figure.dpi:
-            break
-    low, high = getattr(axes, f"get_{letter}lim")()
+    axis: Any = getattr(axes, f"{letter}axis")
+    if label:
+        _write_label(axis, letter, label, sign, room)
     if options:
-        step = -(-len(options) // _MOST_OPTIONS)  # rounded up
-        names = [literal(option, 14) for option in options[::step]]
-        is_upright = letter == "x" and len("  ".join(names)) * _LETTER_WIDTH > room
-        rotation = 90 if is_upright else 0
-        axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
-        axis.grid(visible=False)
-    elif axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
-        least = min(n_ticks, _LEAST_TICKS)
-        axis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10], min_n_ticks=least))
-        axis.set_major_formatter(_Ticks(figure.decimal))
+        _write_options(axis, letter, options, room)
     else:
-        factors = [1.0, 2.0, 5.0] if high < 100 * low else [1.0]
-        axis.get_major_locator().set_params(subs=factors, numticks=n_ticks + 1)
+        _set_ticks(axis, n_ticks, figure.decimal)
+
+
+def _write_label(axis: Any, letter: str, label: str, sign: int, room: float) -> None:
+    """Write the name of an axis with where better values are, as much of it as has room."""
+    axis.set_label_text(_BETTER[sign].format(literal(label)))
+    for most in range(40, 2, -3):
+        if extent(axis.label).width * 72 <= room * axis.figure.dpi:
+            break
+        axis.set_label_text(_ARROWS[letter][sign].format(literal(label, most)))
+
+
+def _write_options(axis: Any, letter: str, options: Sequence[object], room: float) -> None:
+    """Write options at 0, 1, …, or some of very many, upright if they have no room."""
+    step = -(-len(options) // _MOST_OPTIONS)  # rounded up
+    names = [literal(option, 14) for option in options[::step]]
+    rotation = 0
+    if letter == "x" and len("  ".join(names)) * _LETTER_WIDTH > room:
+        rotation = 90
+    axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
+    axis.grid(visible=False)
+
+
+def _set_ticks(axis: Any, n: int, mark: str) -> None:
+    """Let an axis of numbers have about n ticks, with a decimal mark."""
+    low, high = sorted(axis.get_view_interval())
+    if axis.get_scale() == "linear" or high < 10 * low:  # else a power of ten is on the axis
+        least = min(n, _LEAST_TICKS)
+        axis.set_major_locator(MaxNLocator(n, steps=[1, 2, 5, 10], min_n_ticks=least))
+        axis.set_major_formatter(_Ticks(mark))
+        return
+    factors = [1.0]
+    if high < 100 * low:
+        factors = [1.0, 2.0, 5.0]
+    axis.get_major_locator().set_params(subs=factors, numticks=n + 1)
 
 
 def extent(text: Text) -> Bbox:
@@ -469,7 +488,6 @@ def _place(
     axes: Axes, places: Array, names: Sequence[tuple[Annotation, Sequence[str], int]]
 ) -> None:
     """Write each name at its best place: the short text, then the long one where it has room."""
-    point = axes.figure.dpi / 72
     dots = axes.transData.transform(places)
     annotations = [name for name, *_ in names]
     texts = [extent(text) for text in axes.texts if text.get_visible() and text not in annotations]
@@ -478,26 +496,32 @@ def _place(
         if line.get_linestyle() != "None":
             curves.append(line.get_transform().transform_path(line.get_path()))
     best: dict[int, _Place] = {}
-    for turn, (name, words, row) in product((-1, 0), names):
-        if turn == 0 and len(words) == 1:
-            continue
+
+    def place_of(name: Annotation, text: str, row: int) -> _Place:
+        """Write a text, and return its best place beside what is there, and the other names."""
         others = [best[other] for other in best.keys() - {row}]
-        taken = texts + [box.padded(_GAP * point, 0) for _, box, _ in others]
-        lines = curves + [leader for *_, leader in others if leader is not None]
+        taken = [box.padded(_GAP * axes.figure.dpi / 72, 0) for _, box, _ in others]
+        leaders = [leader for *_, leader in others if leader is not None]
         name.set_visible(True)  # an invisible one has no size
-        name.set_text(words[turn])
-        place = _best_place(axes, dots, row, extent(name), lines, taken)
-        if turn == -1 or place[0] < _BAD:
-            best[row] = place
-        else:
-            name.set_text(words[-1])
+        name.set_text(text)
+        return _best_place(axes, dots, row, extent(name), curves + leaders, texts + taken)
+
+    for name, words, row in names:
+        best[row] = place_of(name, words[-1], row)
+    for name, words, row in names:
+        if len(words) > 1:
+            place = place_of(name, words[0], row)
+            if place[0] < _BAD:
+                best[row] = place
+            else:
+                name.set_text(words[-1])
     for name, _, row in names:
         cost, box, leader = best[row]
         name.set_visible(cost < np.inf)
         arrow: Any = name.arrow_patch
         arrow.set_visible(leader is not None)
         if name.get_visible():
-            name.xyann = tuple((box.p0 - dots[row]) / point + 1)
+            name.xyann = tuple((box.p0 - dots[row]) / axes.figure.dpi * 72 + 1)
 
 
 def _best_place(
@@ -515,12 +539,13 @@ def _best_place(
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
+    dot = dots[row]
     others = np.delete(dots, row, axis=0)
     best: _Place = (np.inf, Bbox.null(), None)
     for reach, side in product(_REACHES, _SIDES):
         if best[0] < reach:  # whatever is farther costs more
             break
-        low = dots[row] + reach * point * side[:2] - side[2:] * size
+        low = dot + reach * point * side[:2] - side[2:] * size
         box = Bbox([low, low + size])
         if box.count_overlaps(taken) or not all(map(axes.bbox.contains, *box.corners().T)):
             continue
@@ -530,16 +555,22 @@ def _best_place(
         radius = reach  # it would name the nearest dot
         if reach > _NEAR:
             radius = _MARK
-            way = (box.p0 + box.p1) / 2 - dots[row]
-            leader = Line([dots[row], dots[row] + way])
-            n_bad += sum(leader.intersects_bbox(other, filled=False) for other in taken)
-            along = np.clip((others - dots[row]) @ way / (way @ way), 0.0, 1.0)
-            nearest = dots[row] + np.outer(along, way)
-            n_bad += np.sum(np.hypot(*(others - nearest).T) < _MARK * point)
+            leader = Line([dot, (box.p0 + box.p1) / 2])
+            n_bad += _crossed(leader, others, taken, _MARK * point)
         n_bad += box.padded(radius * point).count_contains(others)
         if reach + _BAD * n_bad < best[0]:
             best = (reach + _BAD * n_bad, box, leader)
     return best
+
+
+def _crossed(leader: Line, dots: Array, texts: Sequence[Bbox], radius: float) -> int:
+    """Return how many dots and texts a straight line crosses."""
+    begin, end = np.asarray(leader.vertices)
+    way = end - begin
+    along = np.clip((dots - begin) @ way / (way @ way), 0.0, 1.0)
+    distances = np.hypot(*(dots - begin - np.outer(along, way)).T)
+    n_texts = sum(leader.intersects_bbox(text, filled=False) for text in texts)
+    return int(np.sum(distances < radius)) + n_texts
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -585,26 +616,20 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
 
 
 def set_log(axes: Axes, letter: str, mark: str = ".") -> None:
-    """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small.
-
-    Args:
-        axes: The axes.
-        letter: Which axis.
-        mark: The decimal mark.
-    """
+    """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small."""
     axes.set(**{f"{letter}scale": "log"})
     axis = getattr(axes, f"{letter}axis")
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=5))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(lambda value, _: tick(value, axis.get_view_interval(), mark))
 
+    def text(value: float, _: object) -> str:
+        """Return the number at a tick: as a power of ten if the ends of the axis need it."""
+        low, high = sorted(axis.get_view_interval())
+        if low >= 1e-3 and high <= 1e5:
+            return number(value, mark=mark)
+        return raised(NumberFormat(0, has_powers=True).text(value))
 
-def tick(value: float, ends: Iterable[float], mark: str = ".") -> str:
-    """Return a number at a tick of a logarithmic axis: as a power of ten if its ends need it."""
-    low, high = sorted(ends)
-    if low >= 1e-3 and high <= 1e5:
-        return number(value, mark=mark)
-    return raised(NumberFormat(0, has_powers=True).text(value))
+    axis.set_major_formatter(text)
 
 
 def raised(text: str) -> str:
