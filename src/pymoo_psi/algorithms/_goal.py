@@ -1,4 +1,4 @@
-"""What surrogates learn from, and what a search on them seeks.
+"""What a search on surrogates seeks, which tests they see, and what they learn from these.
 
 Columns that a formulation computes are not learned: they follow from learned outputs and from the
 variables, as do the outputs of a problem that are expressions.
@@ -14,7 +14,14 @@ import numpy as np
 
 from pymoo_psi._validation import AnyArray, Array, Mask, Names
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
+from pymoo_psi.algorithms._surrogate_models import (
+    Kernel,
+    OutputFit,
+    bounded,
+    encoded,
+    evenly_spread,
+    without_penalties,
+)
 from pymoo_psi.table import Decision, Expression, Limit, TestTable
 
 # A predicted equality counts as met within this many standard deviations.
@@ -334,3 +341,68 @@ def _operands(
     operands = {name for expression in expressions.values() for name in expression.columns}
     operands &= {*tested.names}
     return sorted(operands - {*tested.variables, *expressions, *outputs})
+
+
+# What is learned
+
+LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
+# Failures are taken to be random if each is predicted from all other tests with an error of this
+# many standard deviations or more. Those of 10 % at random have errors of 0.85 to 1.1.
+_ERROR_OF_RANDOM_FAILURES = 0.9
+_MOST_FAILURES = 96  # tests from which it is learned how they fail, so that it takes little time
+
+
+class Learned(NamedTuple):
+    """What is fitted to tests: the surrogates of further ones have the same scales and kernels.
+
+    Attributes:
+        outputs: What is fitted, for each output.
+        failures: The kernel of failures: tests fail alike if they are close together in its units.
+            ``None`` if failures do not follow from the design, as far as is known.
+    """
+
+    outputs: list[OutputFit]
+    failures: Kernel | None
+
+    def to(self, Y: Array) -> Array:
+        """Return ``(n, k)`` values of the first k outputs on their scales."""
+        columns = [output.scale.to(y) for output, y in zip(self.outputs, Y.T, strict=False)]
+        return np.column_stack(columns)
+
+    def back(self, T: Array) -> Array:
+        """Return ``(n, k)`` values of the first k outputs, given on their scales."""
+        columns = [output.scale.back(t) for output, t in zip(self.outputs, T.T, strict=False)]
+        return np.column_stack(columns)
+
+
+def learned_from(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
+    """Return what is fitted to the first tests; ``None`` if too few of them are known.
+
+    Args:
+        tests: The tests.
+        goal: What is sought among them.
+        n_fitted: How many tests these are.
+    """
+    rows = np.flatnonzero(tests.is_known[:n_fitted])
+    if len(rows) < LEAST_LEARNED:
+        return None
+    Z = tests.Z[rows]
+    Y = bounded(tests.Y[rows])
+    n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), LEAST_LEARNED)
+    outputs = [
+        OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj) for j, y in enumerate(Y.T)
+    ]
+    return Learned(outputs, _kernel_of_failures(tests, n_fitted))
+
+
+def _kernel_of_failures(tests: Observations, n_fitted: int) -> Kernel | None:
+    """Return the kernel that is fitted to failures of the first tests; see :class:`Learned`."""
+    rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
+    rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
+    has_failed = tests.has_failed[rows].astype(float)
+    if not has_failed.any():
+        return None
+    fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
+    if fit.error >= _ERROR_OF_RANDOM_FAILURES:
+        return None
+    return fit.kernel

@@ -3,6 +3,10 @@
 The proposals of a round follow from the tests known before it, the seed and the number of the
 round, and they are stored before they are tested. So a run that was killed continues as if it had
 not been interrupted.
+
+A round takes the known tests as :class:`Observations` of what a :class:`Goal` needs, fits a
+Gaussian process to each output (:func:`learned_from`), searches these for designs that promise most
+in many directions, and selects a batch of them (:func:`propose`).
 """
 
 from __future__ import annotations
@@ -17,21 +21,14 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, Designs, Values, integer
 from pymoo_psi.algorithms._executor import Executor
-from pymoo_psi.algorithms._goal import Goal, Observations
+from pymoo_psi.algorithms._goal import LEAST_LEARNED, Goal, Learned, Observations, learned_from
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import AlgorithmSettings, Points, RunOptions, Source
 from pymoo_psi.algorithms._store import Store, renumbered
-from pymoo_psi.algorithms._surrogate_models import (
-    REACH,
-    Kernel,
-    Learned,
-    OutputFit,
-    bounded,
-    evenly_spread,
-)
+from pymoo_psi.algorithms._surrogate_models import REACH
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
@@ -50,11 +47,6 @@ _FEW_ELIGIBLE = 64
 _DEFAULT_BATCHES = "2, from 64 tests on 8"  # in the name of a run in its study
 # The points of the sequence show a heavy tail. More of them would tell less than as many proposals.
 _POINTS = 20
-_LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
-# Failures are taken to be random if each is predicted from all other tests with an error of this
-# many standard deviations or more. Those of 10 % at random have errors of 0.85 to 1.1.
-_ERROR_OF_RANDOM_FAILURES = 0.9
-_MOST_FAILURES = 96  # tests from which it is learned how they fail, so that it takes little time
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -228,39 +220,6 @@ class SurrogatePSI(PointAlgorithm):
         n_left_out = self._n_sequence - n_first
         name = "points left out of the sequence"
         return self._n_sequence - int(store.remember_once(name, n_left_out))
-
-
-def _fitted(tests: Observations, goal: Goal, n_fitted: int) -> Learned | None:
-    """Return what is fitted to the first tests; ``None`` if too few of them are known.
-
-    Args:
-        tests: The tests.
-        goal: What is sought among them.
-        n_fitted: How many tests these are.
-    """
-    rows = np.flatnonzero(tests.is_known[:n_fitted])
-    if len(rows) < _LEAST_LEARNED:
-        return None
-    Z = tests.Z[rows]
-    Y = bounded(tests.Y[rows])
-    n_uniform = max(int(np.count_nonzero(rows < tests.n_uniform)), _LEAST_LEARNED)
-    outputs = [
-        OutputFit.of(Z, y, y[:n_uniform], constraint=j >= goal.n_obj) for j, y in enumerate(Y.T)
-    ]
-    return Learned(outputs, _kernel_of_failures(tests, n_fitted))
-
-
-def _kernel_of_failures(tests: Observations, n_fitted: int) -> Kernel | None:
-    """Return the kernel that is fitted to failures of the first tests; see :class:`Learned`."""
-    rows = np.flatnonzero((tests.is_known | tests.has_failed)[:n_fitted])
-    rows = rows[evenly_spread(len(rows), _MOST_FAILURES)]
-    has_failed = tests.has_failed[rows].astype(float)
-    if not has_failed.any():
-        return None
-    fit = OutputFit.of(tests.Z[rows], has_failed, has_failed, constraint=False)
-    if fit.error >= _ERROR_OF_RANDOM_FAILURES:
-        return None
-    return fit.kernel
 
 
 @dataclass(eq=False)
@@ -437,10 +396,10 @@ class SurrogateSource(Source):
             n_known_then = len(self._others) + end
             if n_fitted * _GROWTH <= n_known_then <= n_tests:
                 n_fitted = n_known_then
-        if np.count_nonzero(tests.is_known[:n_fitted]) < _LEAST_LEARNED:
+        if np.count_nonzero(tests.is_known[:n_fitted]) < LEAST_LEARNED:
             n_fitted = n_tests
         if self._n_fitted != n_fitted:
-            self._learned = _fitted(tests, goal, n_fitted)
+            self._learned = learned_from(tests, goal, n_fitted)
             self._n_fitted = n_fitted
 
 
@@ -475,5 +434,5 @@ def proposed_now(
     observations = Observations.of(table, goal, n_uniform, points)
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        learned = _fitted(observations, goal, len(table))
+        learned = learned_from(observations, goal, len(table))
         return space.matrix(propose(observations, goal, learned, size, round_number, random))

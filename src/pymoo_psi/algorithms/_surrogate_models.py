@@ -21,43 +21,43 @@ from pymoo_psi.problems import DesignSpace
 # Surrogates learn from tests that are at most this many widths of the bounds outside. Values far
 # away, often of another size, would decide what is learned.
 REACH = 1.0
-_ROOT5 = np.sqrt(5.0)
-# Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
-# matrix regular in float64; beyond a tenth, the variables do not describe the output.
-_LOG_NOISE = (np.log(1e-6), np.log(1e-1))
-# Bounds for the logarithm of a length. Below, tests carry no information about each other; above,
-# the process is a straight line.
-_LOG_LENGTH = (np.log(0.03), np.log(100.0))
-_LOG_TREND_BOUNDS = (-12.0, 6.0)
-# Bounds for the bend of a variable, and its prior standard deviation with up to _FEW_BENDS
-# variables. With more it decreases by the square of their number, as few tests of many variables
-# say little about bends: with 20 variables, WFG5 lost by a deviation of 0.2.
-_BENDS = (-6.0, 6.0)
-_BEND_SPREAD = 0.5
-_FEW_BENDS = 8
+_LEAST_VARIANCE = 1e-12
+
+
+def evenly_spread(n: int, most: int) -> Rows:
+    """Return the indices of n tests, or so many of them, evenly spread."""
+    return np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int))
+
+
+def encoded(space: DesignSpace, places: Array) -> Array:
+    """Return ``(n, n_searched)`` places of designs between the bounds as surrogates see them.
+
+    Places of the same design are equal there. An integer is its place between its bounds. A choice
+    has a column for every option, as options have no order.
+    """
+    columns = []
+    for variable, u in zip(space.searched, places.T, strict=True):
+        if variable.kind.real:
+            columns.append(u)
+            continue
+        count = int(variable.upper - variable.lower) + 1
+        step = np.floor(u * count)
+        step[u == 1] = count - 1  # an end of the unit cube; values beyond the bounds give others
+        if variable.kind is Kind.CHOICE:
+            columns += list(step == np.arange(count)[:, None])
+        else:
+            columns.append(step / max(count - 1, 1))
+    return np.column_stack(columns).astype(float)
+
+
+# Scales of outputs
+
 # A value is "far out" if it is three quartile distances beyond a quartile (Tukey 1977). A sample
 # with such values has a heavy tail.
 _FAR_OUT = 3.0
 # The middle half of the values may be nearly equal: the unit of a logarithmic scale is at least
 # this share of the quartile distance.
 _LEAST_UNIT = 0.01
-# Values further out than this many quartile distances, such as a penalty of 1e30, are cut there.
-_BEYOND = 1e6
-# A value that several tests share is a penalty if it lies this many ranges of all others beyond
-# the worst of them. A heavy tail, such as that of a pole, has values in between.
-_PENALTY = 1e4
-# A constraint that is met is taken to be this far below 0, in units of the median violation, where
-# violations do not say how far.
-_MET = 0.02
-_HUGE = 1e100  # the squares of larger values overflow
-# Prior mean of the logarithm of a trend's share of the variance.
-_LOG_TREND = -2.0
-# Kernels are fitted to at most this many tests. The time grows with the third power (a second for
-# an output with 512), and more tests change them little.
-_MOST = 256
-_STEPS = 40  # L-BFGS-B makes at most so many
-_LEAST_VARIANCE = 1e-12
-_LEAST_RATE = 1e-4  # a bend of this rate moves values by 1e-5 of the width of a variable
 _NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
 
 
@@ -154,6 +154,11 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     return [linear, Scale.of(y, origin, unit), Scale.of(y, origin, unit, reciprocal=True)]
 
 
+_HUGE = 1e100  # the squares of larger values overflow
+# Values further out than this many quartile distances, such as a penalty of 1e30, are cut there.
+_BEYOND = 1e6
+
+
 def bounded(Y: Array) -> Array:
     """Return ``(n, q)`` outputs in which NaN, infinite and extreme values are replaced.
 
@@ -173,6 +178,11 @@ def bounded(Y: Array) -> Array:
             ends = finite.min(), finite.max()
         np.clip(y, *ends, out=y)
     return Y
+
+
+# A value that several tests share is a penalty if it lies this many ranges of all others beyond
+# the worst of them. A heavy tail, such as that of a pole, has values in between.
+_PENALTY = 1e4
 
 
 @np.errstate(over="ignore", invalid="ignore")  # infinities, and values near the largest float
@@ -202,91 +212,10 @@ def without_penalties(F: Array, uniform: Array) -> Array:
     return F
 
 
-@dataclass(frozen=True)
-class OutputFit:
-    """The scale and the kernel of one output.
+# Gaussian processes
 
-    Attributes:
-        scale: The scale.
-        kernel: The kernel.
-        error: Root mean square error of leave-one-out predictions, in standard deviations of the
-            output.
-        log_density: The sum of the log predictive densities of every value, given all others
-            (Rasmussen and Williams, equation 5.10).
-    """
-
-    scale: Scale
-    kernel: Kernel
-    error: float
-    log_density: float
-
-    @classmethod
-    def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
-        """Fit ``(n,)`` values at ``(n, d)`` designs, on the scale on which they are most likely.
-
-        The other arguments are those of :func:`scales`.
-        """
-        options = scales(y, uniform, constraint=constraint)
-        if constraint and y.max() > y.min() == 0:
-            violations = uniform[uniform > 0]
-            if len(violations) == 0:
-                violations = y[y > 0]
-            met = _MET * float(np.median(violations))
-            # On a reciprocal scale all large violations would be alike.
-            options = scales(y, y[y > 0], constraint=True)[:2]
-            options = [replace(scale, met=met) for scale in options]
-        rows = evenly_spread(len(y), _MOST)  # points and proposals are both among them
-        fits = [cls.on_scale(Z[rows], y[rows], scale) for scale in options]
-        return max(fits, key=lambda fit: fit.log_density)
-
-    @classmethod
-    def on_scale(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
-        """Fit ``(n,)`` values at ``(n, d)`` designs on a scale."""
-        t = scale.to(y)
-        if scale.met > 0:
-            is_violated = y > 0
-            kernel = fit_kernel(Z[is_violated], t[is_violated])
-            t = _continued(Covariance(Z, kernel), t, scale)
-        kernel = fit_kernel(Z, t)
-        mean, variance = GaussianProcess(Covariance(Z, kernel), t).left_out(t)
-        squares = (t - mean) ** 2
-        terms = np.log(2 * np.pi * variance) + squares / variance
-        # densities of y, as those of t cannot be compared between scales
-        log_density = -0.5 * terms.sum() + scale.log_slope(y)
-        return cls(scale, kernel, np.sqrt(squares.mean()), log_density)
-
-    def process(self, Z: Array, t: Array) -> GaussianProcess:
-        """Return the process of ``(n,)`` values on the scale, at ``(n, d)`` designs."""
-        covariance = Covariance(Z, self.kernel)
-        if self.scale.met > 0:
-            t = _continued(covariance, t, self.scale)
-        return GaussianProcess(covariance, t)
-
-
-def evenly_spread(n: int, most: int) -> Rows:
-    """Return the indices of n tests, or so many of them, evenly spread."""
-    return np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int))
-
-
-def encoded(space: DesignSpace, places: Array) -> Array:
-    """Return ``(n, n_searched)`` places of designs between the bounds as surrogates see them.
-
-    Places of the same design are equal there. An integer is its place between its bounds. A choice
-    has a column for every option, as options have no order.
-    """
-    columns = []
-    for variable, u in zip(space.searched, places.T, strict=True):
-        if variable.kind.real:
-            columns.append(u)
-            continue
-        count = int(variable.upper - variable.lower) + 1
-        step = np.floor(u * count)
-        step[u == 1] = count - 1  # an end of the unit cube; values beyond the bounds give others
-        if variable.kind is Kind.CHOICE:
-            columns += list(step == np.arange(count)[:, None])
-        else:
-            columns.append(step / max(count - 1, 1))
-    return np.column_stack(columns).astype(float)
+_ROOT5 = np.sqrt(5.0)
+_LEAST_RATE = 1e-4  # a bend of this rate moves values by 1e-5 of the width of a variable
 
 
 class Kernel(NamedTuple):
@@ -317,6 +246,36 @@ class Kernel(NamedTuple):
     def scaled(self, Z: Array) -> Array:
         """Return ``(n, d)`` designs, bent, in units of lengths: distances give covariances."""
         return _bent(Z, _rates(self.bends)) * np.exp(-self.lengths)
+
+
+def _rates(bends: Array) -> Array:
+    """Return the ``(d,)`` rates of bends; in none of them it is 0, where :func:`_bent` is 0/0."""
+    rates = np.sinh(bends)
+    return np.where(np.abs(rates) < _LEAST_RATE, _LEAST_RATE, rates)
+
+
+def _bent(Z: Array, rates: Array) -> Array:
+    """Return ``(n, d)`` designs in which one end of each variable is widened.
+
+    The end is the upper one for a positive rate. So a process with one length for a variable can
+    change much faster near one end than near the other, as x^100 does. Sides of the cube stay
+    where they are, and what lies beyond them, such as tests within other bounds, is not bent.
+    """
+    inside = np.clip(Z, 0, 1)
+    return np.expm1(rates * inside) / np.expm1(rates) + (Z - inside)
+
+
+def _trends(Z: Array) -> list[Array]:
+    """Return the linear and the quadratic functions of each variable, ``(n, d)`` each.
+
+    They are Legendre polynomials: each has mean 0 over the cube, and all of one degree together
+    have variance 1.
+    """
+    d = Z.shape[1]
+    u = 2 * Z - 1
+    linear = u * np.sqrt(3 / d)
+    quadratic = (3 * u**2 - 1) * np.sqrt(5 / 4 / d)
+    return [linear, quadratic]
 
 
 class Covariance:
@@ -418,6 +377,77 @@ def _inverse(factor: Array) -> Array:
     return np.asarray(inverse)
 
 
+# Fits of outputs
+
+# A constraint that is met is taken to be this far below 0, in units of the median violation, where
+# violations do not say how far.
+_MET = 0.02
+# Kernels are fitted to at most this many tests. The time grows with the third power (a second for
+# an output with 512), and more tests change them little.
+_MOST = 256
+
+
+@dataclass(frozen=True)
+class OutputFit:
+    """The scale and the kernel of one output.
+
+    Attributes:
+        scale: The scale.
+        kernel: The kernel.
+        error: Root mean square error of leave-one-out predictions, in standard deviations of the
+            output.
+        log_density: The sum of the log predictive densities of every value, given all others
+            (Rasmussen and Williams, equation 5.10).
+    """
+
+    scale: Scale
+    kernel: Kernel
+    error: float
+    log_density: float
+
+    @classmethod
+    def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
+        """Fit ``(n,)`` values at ``(n, d)`` designs, on the scale on which they are most likely.
+
+        The other arguments are those of :func:`scales`.
+        """
+        options = scales(y, uniform, constraint=constraint)
+        if constraint and y.max() > y.min() == 0:
+            violations = uniform[uniform > 0]
+            if len(violations) == 0:
+                violations = y[y > 0]
+            met = _MET * float(np.median(violations))
+            # On a reciprocal scale all large violations would be alike.
+            options = scales(y, y[y > 0], constraint=True)[:2]
+            options = [replace(scale, met=met) for scale in options]
+        rows = evenly_spread(len(y), _MOST)  # points and proposals are both among them
+        fits = [cls.on_scale(Z[rows], y[rows], scale) for scale in options]
+        return max(fits, key=lambda fit: fit.log_density)
+
+    @classmethod
+    def on_scale(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
+        """Fit ``(n,)`` values at ``(n, d)`` designs on a scale."""
+        t = scale.to(y)
+        if scale.met > 0:
+            is_violated = y > 0
+            kernel = fit_kernel(Z[is_violated], t[is_violated])
+            t = _continued(Covariance(Z, kernel), t, scale)
+        kernel = fit_kernel(Z, t)
+        mean, variance = GaussianProcess(Covariance(Z, kernel), t).left_out(t)
+        squares = (t - mean) ** 2
+        terms = np.log(2 * np.pi * variance) + squares / variance
+        # densities of y, as those of t cannot be compared between scales
+        log_density = -0.5 * terms.sum() + scale.log_slope(y)
+        return cls(scale, kernel, np.sqrt(squares.mean()), log_density)
+
+    def process(self, Z: Array, t: Array) -> GaussianProcess:
+        """Return the process of ``(n,)`` values on the scale, at ``(n, d)`` designs."""
+        covariance = Covariance(Z, self.kernel)
+        if self.scale.met > 0:
+            t = _continued(covariance, t, self.scale)
+        return GaussianProcess(covariance, t)
+
+
 def _continued(covariance: Covariance, t: Array, scale: Scale) -> Array:
     """Return a constraint with negative values where it is met, which the violations suggest.
 
@@ -450,27 +480,24 @@ def _continued(covariance: Covariance, t: Array, scale: Scale) -> Array:
     return np.asarray(np.maximum(t, least))
 
 
-class Learned(NamedTuple):
-    """What is fitted to tests: the surrogates of further ones have the same scales and kernels.
+# Fits of kernels
 
-    Attributes:
-        outputs: What is fitted, for each output.
-        failures: The kernel of failures: tests fail alike if they are close together in its units.
-            ``None`` if failures do not follow from the design, as far as is known.
-    """
-
-    outputs: list[OutputFit]
-    failures: Kernel | None
-
-    def to(self, Y: Array) -> Array:
-        """Return ``(n, k)`` values of the first k outputs on their scales."""
-        columns = [output.scale.to(y) for output, y in zip(self.outputs, Y.T, strict=False)]
-        return np.column_stack(columns)
-
-    def back(self, T: Array) -> Array:
-        """Return ``(n, k)`` values of the first k outputs, given on their scales."""
-        columns = [output.scale.back(t) for output, t in zip(self.outputs, T.T, strict=False)]
-        return np.column_stack(columns)
+# Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
+# matrix regular in float64; beyond a tenth, the variables do not describe the output.
+_LOG_NOISE = (np.log(1e-6), np.log(1e-1))
+# Bounds for the logarithm of a length. Below, tests carry no information about each other; above,
+# the process is a straight line.
+_LOG_LENGTH = (np.log(0.03), np.log(100.0))
+# Prior mean of the logarithm of a trend's share of the variance.
+_LOG_TREND = -2.0
+_LOG_TREND_BOUNDS = (-12.0, 6.0)
+# Bounds for the bend of a variable, and its prior standard deviation with up to _FEW_BENDS
+# variables. With more it decreases by the square of their number, as few tests of many variables
+# say little about bends: with 20 variables, WFG5 lost by a deviation of 0.2.
+_BENDS = (-6.0, 6.0)
+_BEND_SPREAD = 0.5
+_FEW_BENDS = 8
+_STEPS = 40  # L-BFGS-B makes at most so many
 
 
 def fit_kernel(Z: Array, t: Array) -> Kernel:
@@ -546,6 +573,17 @@ def _negative_log_likelihood(Z: Array, t: Array, kernel: Kernel) -> tuple[float,
     return value, np.concatenate([by_length, by_bend, 0.5 * np.array(by_share)])
 
 
+def _matern(S: Array) -> tuple[Array, Array]:
+    """Return Matérn's kernel of scaled designs, and a factor of its derivative by log lengths."""
+    sizes = (S**2).sum(axis=1)
+    squares = sizes[:, None] + sizes - 2 * (S @ S.T)
+    r = np.sqrt(np.maximum(squares, 0)) * _ROOT5
+    e = np.exp(-r)
+    kernel = (r + 1 + r * r / 3) * e
+    slope = (r + 1) * (5.0 / 3.0) * e
+    return kernel, slope
+
+
 def _slopes_by_variable(Z: Array, kernel: Kernel, S: Array, W: Array) -> tuple[Array, Array]:
     """Return the ``(d,)`` derivatives of the likelihood by log lengths, and those by bends.
 
@@ -565,44 +603,3 @@ def _slopes_by_variable(Z: Array, kernel: Kernel, S: Array, W: Array) -> tuple[A
     by_rate /= np.expm1(rates)
     bending = by_rate * np.cosh(kernel.bends) * np.exp(-kernel.lengths)
     return by_length, -(bending * differences).sum(axis=0)
-
-
-def _rates(bends: Array) -> Array:
-    """Return the ``(d,)`` rates of bends; in none of them it is 0, where :func:`_bent` is 0/0."""
-    rates = np.sinh(bends)
-    return np.where(np.abs(rates) < _LEAST_RATE, _LEAST_RATE, rates)
-
-
-def _bent(Z: Array, rates: Array) -> Array:
-    """Return ``(n, d)`` designs in which one end of each variable is widened.
-
-    The end is the upper one for a positive rate. So a process with one length for a variable can
-    change much faster near one end than near the other, as x^100 does. Sides of the cube stay
-    where they are, and what lies beyond them, such as tests within other bounds, is not bent.
-    """
-    inside = np.clip(Z, 0, 1)
-    return np.expm1(rates * inside) / np.expm1(rates) + (Z - inside)
-
-
-def _trends(Z: Array) -> list[Array]:
-    """Return the linear and the quadratic functions of each variable, ``(n, d)`` each.
-
-    They are Legendre polynomials: each has mean 0 over the cube, and all of one degree together
-    have variance 1.
-    """
-    d = Z.shape[1]
-    u = 2 * Z - 1
-    linear = u * np.sqrt(3 / d)
-    quadratic = (3 * u**2 - 1) * np.sqrt(5 / 4 / d)
-    return [linear, quadratic]
-
-
-def _matern(S: Array) -> tuple[Array, Array]:
-    """Return Matérn's kernel of scaled designs, and a factor of its derivative by log lengths."""
-    sizes = (S**2).sum(axis=1)
-    squares = sizes[:, None] + sizes - 2 * (S @ S.T)
-    r = np.sqrt(np.maximum(squares, 0)) * _ROOT5
-    e = np.exp(-r)
-    kernel = (r + 1 + r * r / 3) * e
-    slope = (r + 1) * (5.0 / 3.0) * e
-    return kernel, slope
