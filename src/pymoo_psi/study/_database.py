@@ -35,6 +35,7 @@ import sqlite3
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import cached_property
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,21 +86,6 @@ _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 
 # The tests of points of a run.
 _OF_RUN = "plan JOIN tests USING (test) WHERE run = ? AND point BETWEEN ? AND ? AND status NOT NULL"
-_TEST_OF_DESIGN = "SELECT test FROM tests WHERE design = ? AND repeat = ?"
-# The one after the last, or the first one, which is missing while it is corrected: other runs look
-# for it.
-_FURTHER_REPEAT = """
-    SELECT iif(EXISTS (SELECT 1 FROM tests WHERE design = ?1 AND repeat = 1),
-        (SELECT max(repeat) FROM tests WHERE design = ?1) + 1, 1)
-"""
-# The point may have a proposal.
-_PLANNED = """
-    INSERT INTO plan (run, point, test) VALUES (?, ?, ?)
-    ON CONFLICT (run, point) DO UPDATE SET test = excluded.test WHERE test IS NOT excluded.test
-"""
-_FREE_NUMBER = """
-    SELECT iif(EXISTS (SELECT 1 FROM tests WHERE test = ?1), (SELECT max(test) FROM tests) + 1, ?1)
-"""
 # Names in SQL that no value has: other columns of plan, and those with a meaning of their own.
 _OTHER_NAMES = ("point", "proposal", "rowid", "oid", "_rowid_", "true", "false")
 
@@ -131,10 +117,6 @@ class _Test(NamedTuple):
     seconds: float | None
     values: tuple[Any, ...]
 
-    def row(self, number: int) -> tuple[Any, ...]:
-        """Return the row, with the number of the test."""
-        return (number, *self[:-1], *self.values)
-
     def contradicts(self, repetition: _Test) -> bool:
         """Whether a repetition of this test has other results; values of both can differ."""
         if self.status in (None, "failed"):
@@ -162,50 +144,76 @@ class _Test(NamedTuple):
 
 
 _FACTS = _Test._fields[:-1]  # columns of tests beside the values
+_N_FACTS = len(_Test._fields)  # with the number
 
 
-class _Plan:
-    """The plan of a run: which test each of its points has.
+class _Block:
+    """The points of a run that are written together: what is known of them, and what changes.
+
+    What is stored does not depend on how the tests of a run are divided into blocks.
 
     Args:
-        db: The connection.
         run: The run.
-        repeat: Which of the tests of its design that of a point is; 0 for a further one.
-        noisy: Whether a design that recurs in the run is tested again.
+        tests: The stored tests of the points and of their designs, by number.
+        plan: The numbers of the tests of the points.
+        tests_of_run: All tests of the run if its model is noisy: a design that recurs in the run is
+            tested again. Otherwise ``None``.
+
+    Attributes:
+        tests: All these tests, as they are after the block.
+        new_tests: Those of them that are new or changed.
+        plan: The numbers of the tests of the points.
+        new_plan: Those of them that are new.
     """
 
-    def __init__(self, db: sqlite3.Connection, run: int, repeat: int, *, noisy: bool) -> None:
-        self._db = db
+    def __init__(
+        self,
+        run: int,
+        tests: dict[int, _Test],
+        plan: dict[int, int],
+        tests_of_run: Sequence[int] | None,
+    ) -> None:
+        self.tests = tests
+        self.new_tests: dict[int, _Test] = {}
+        self.plan = plan
+        self.new_plan: dict[int, int] = {}
         self._run = run
-        self._repeat = repeat
-        self._noisy = noisy
-        self._tests: set[int] = set()  # of the run, if it is noisy
-        if noisy:
-            rows = db.execute("SELECT test FROM plan WHERE run = ? AND test NOT NULL", (run,))
-            self._tests.update(test for (test,) in rows)
+        self._is_noisy = tests_of_run is not None
+        self._tests_of_run = {*(tests_of_run or ())}
+        self._numbers = {test[:2]: number for number, test in tests.items()}  # by design and repeat
+        self._free_repeats: dict[str | None, int] = {}  # those before are taken
 
-    def test_of(self, point: int) -> int:
-        """Return the number of the test of a point; 0 if it has none."""
-        query = "SELECT test FROM plan JOIN tests USING (test) WHERE run = ? AND point = ?"
-        return _integer(self._db, query, self._run, point)
+    def find(self, point: int, design: str | None, repeat: int) -> tuple[int | None, int]:
+        """Return the number of the test of a point, if it has one; and its repeat if it is new.
 
-    def find(self, point: int, design: str | None) -> tuple[int, int]:
-        """Return the number of the test of a point or of its design, and which of these it is.
-
-        The number is 0 if there is no such test.
+        Args:
+            point: The point.
+            design: The key of its design.
+            repeat: Which of the tests of its design it has; 0 for a further one.
         """
-        repeat = self._repeat
         if repeat == 0:
-            repeat = _integer(self._db, _FURTHER_REPEAT, design)
-        elif self._noisy and _integer(self._db, _TEST_OF_DESIGN, design, repeat) in self._tests:
+            # The first one may be missing while it is corrected; other runs look for it.
+            repeat = self._free_repeats.get(design, 1)
+            while (design, repeat) in self._numbers:
+                repeat += 1
+            self._free_repeats[design] = repeat
+        elif self._is_noisy and self._numbers.get((design, repeat)) in self._tests_of_run:
             repeat = -((self._run - 1) * ROOM + point)  # for this point alone
-        number = self.test_of(point) or _integer(self._db, _TEST_OF_DESIGN, design, repeat)
+        number = self.plan.get(point)
+        if number is None and design is not None:
+            number = self._numbers.get((design, repeat))
         return number, repeat
 
-    def add(self, point: int, test: int) -> None:
-        """Let a point have a test."""
-        self._db.execute(_PLANNED, (self._run, point, test))
-        self._tests.add(test)
+    def put(self, point: int, number: int, test: _Test) -> None:
+        """Let a point have a test, which may be new or changed."""
+        if self.tests.get(number) != test:
+            self.tests[number] = test
+            self.new_tests[number] = test
+            self._numbers[test.design, test.repeat] = number
+        if self.plan.get(point) != number:
+            self.plan[point] = number
+            self.new_plan[point] = number
+        self._tests_of_run.add(number)
 
 
 @contextmanager
@@ -359,8 +367,10 @@ class Database:
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
         # Without a key: until it is made, others may test the same design.
         (test,) = self._tests_of(design, [None])
-        number = self._free_number((run - 1) * ROOM + proposal.test_point)
-        self.db.execute(self._statement_to_write(), test.row(number))
+        number = (run - 1) * ROOM + proposal.test_point
+        if self.count(f"tests WHERE test = {number}"):
+            number = _integer(self.db, "SELECT max(test) FROM tests") + 1
+        self._write({number: test})
         self.add_proposal(run, proposal, number)
         return number, proposal
 
@@ -442,20 +452,22 @@ class Database:
         What is stored does not depend on how the tests are divided into blocks.
         """
         self.widen(columns)
-        writing = self._statement_to_write()
-        plan = _Plan(self.db, run, repeat, noisy=noisy)
-        points = columns["test_point"]
-        numbers = columns.get("test", (run - 1) * ROOM + points)
-        tests = self._tests_of(columns, self.keys(columns))
+        points = columns["test_point"].tolist()
+        numbers = columns.get("test", (run - 1) * ROOM + columns["test_point"]).tolist()
+        keys = self.keys(columns)
+        last = _integer(self.db, "SELECT max(test) FROM tests")
+        old_numbers = [number for number in numbers if number <= last]  # which others may have
+        block = self._block(run, points, keys, old_numbers, noisy=noisy)
+        free_numbers = count(max(last, *numbers) + 1)
         n_new = 0
-        n_changed = 0
-        for point, number, test in zip(points.tolist(), numbers.tolist(), tests, strict=True):
-            known_number, repeat_of_design = plan.find(point, test.design)
-            test = test._replace(repeat=repeat_of_design)
-            if known_number:
+        for point, number, test in zip(points, numbers, self._tests_of(columns, keys), strict=True):
+            known_number, test_repeat = block.find(point, test.design, repeat)
+            if test_repeat != test.repeat:
+                test = test._replace(repeat=test_repeat)
+            if known_number is not None:
                 number = known_number
-                stored = self._stored(number)
-                if stored.contradicts(test) and plan.test_of(point) == number:
+                stored = block.tests[number]
+                if point in block.plan and stored.contradicts(test):
                     raise invalid(
                         "block",
                         "of new test points, repetitions of failed ones, or what is stored",
@@ -464,51 +476,88 @@ class Database:
                         f"study {self._path} is as it was",
                     )
                 test = stored.completed_by(test)
-                if test != stored:
-                    self.db.execute(writing, test.row(number))
-                    n_changed += 1
             else:
-                number = self._free_number(number)
+                if number in block.tests:  # another point has it
+                    number = next(free_numbers)
                 n_new += 1
-                self.db.execute(writing, test.row(number))
-            plan.add(point, number)
-        if n_changed and repeat:  # people's own tests are planned, or in the log already
-            self.log(f"run {run}", changed=n_changed)
+            block.put(point, number, test)
+        self._write(block.new_tests)
+        self._plan(run, block.new_plan)
+        n_written = len(block.new_tests)
+        if n_written > n_new and repeat:  # people's own tests are planned, or in the log already
+            self.log(f"run {run}", changed=n_written - n_new)
         process = [platform.node(), os.getpid()]
-        if n_new + n_changed and self.get("process") != process:
+        if n_written and self.get("process") != process:
             self._set("process", process)
-        return n_new + n_changed
+        return n_written
 
     def adopt(
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        plan = _Plan(self.db, run, repeat, noisy=noisy)
+        block = self._block(run, points.tolist(), keys, noisy=noisy)
         for point, key in zip(points.tolist(), keys, strict=True):
-            number, _ = plan.find(point, key)
-            if number:
-                plan.add(point, number)
+            number, _ = block.find(point, key, repeat)
+            if number is not None:
+                block.put(point, number, block.tests[number])
+        self._plan(run, block.new_plan)
 
-    def _stored(self, number: int) -> _Test:
-        """Return the test with a number."""
-        names = ", ".join([*_FACTS, *self._names_of_values()])
-        rows = self.db.execute(f"SELECT {names} FROM tests WHERE test = ?", (number,))
-        row = rows.fetchone()
-        return _Test._make([*row[: len(_FACTS)], row[len(_FACTS) :]])
+    def _block(
+        self,
+        run: int,
+        points: Sequence[int],
+        keys: Sequence[str | None],
+        numbers: Sequence[int] = (),
+        *,
+        noisy: bool,
+    ) -> _Block:
+        """Return a block of points of a run, with the stored tests of their designs.
 
-    def _statement_to_write(self) -> str:
-        """Return the statement that writes a new or changed test; see :meth:`_Test.row`."""
-        names = [*_FACTS, *self._names_of_values()]
+        Args:
+            run: The run.
+            points: The points.
+            keys: The keys of their designs.
+            numbers: Numbers whose tests are wanted, too.
+            noisy: Whether the model is noisy.
+        """
+        query = """
+            SELECT point, test FROM plan JOIN tests USING (test)
+            WHERE run = ? AND point IN (SELECT value FROM json_each(?))
+        """
+        plan = dict(self.db.execute(query, (run, json.dumps(points))))
+        query = f"""
+            SELECT {", ".join(["test", *self._names()])} FROM tests
+            WHERE design IN (SELECT value FROM json_each(?))
+                OR test IN (SELECT value FROM json_each(?))
+        """
+        arguments = json.dumps(keys), json.dumps([*plan.values(), *numbers])
+        tests = {}
+        for row in self.db.execute(query, arguments):
+            tests[row[0]] = _Test._make([*row[1:_N_FACTS], row[_N_FACTS:]])
+        tests_of_run = None
+        if noisy:
+            query = "SELECT test FROM plan WHERE run = ? AND test NOT NULL"
+            tests_of_run = self._integers(query, run).tolist()
+        return _Block(run, tests, plan, tests_of_run)
+
+    def _write(self, tests: Mapping[int, _Test]) -> None:
+        """Write new and changed tests by their numbers."""
+        names = self._names()
         marks = ", ".join("?" * len(names))
         changes = ", ".join(f"{name} = excluded.{name}" for name in names)
-        return (
+        self.db.executemany(
             f"INSERT INTO tests (test, {', '.join(names)}) VALUES (?, {marks}) "
-            f"ON CONFLICT (test) DO UPDATE SET {changes}"
+            f"ON CONFLICT (test) DO UPDATE SET {changes}",
+            ((number, *test[:-1], *test.values) for number, test in tests.items()),
         )
 
-    def _free_number(self, number: int) -> int:
-        """Return a number for a new test: this one, or the one after the last if it is taken."""
-        return _integer(self.db, _FREE_NUMBER, number)
+    def _plan(self, run: int, tests: Mapping[int, int]) -> None:
+        """Write which tests points of a run have; the points may have proposals already."""
+        self.db.executemany(
+            "INSERT INTO plan (run, point, test) VALUES (?, ?, ?) "
+            "ON CONFLICT (run, point) DO UPDATE SET test = excluded.test",
+            ((run, point, test) for point, test in tests.items()),
+        )
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
@@ -543,9 +592,9 @@ class Database:
             facts[name] = _cells(columns[name]) if name in columns else unknown
         facts["reason"] = [reason or None for reason in facts["reason"]]
         cells_by_name = self._cells_of_values(columns)
-        values = [cells_by_name.get(name, unknown) for name in self._names_of_values()]
+        values = [cells_by_name.get(sql, unknown) for sql, _ in self._columns.values()]
         rows = [*zip(*values, strict=True)] or [()] * len(keys)
-        return list(map(_Test._make, zip(*facts.values(), rows, strict=True)))
+        return [*map(_Test, *facts.values(), rows)]
 
     def _cells_of_values(self, columns: Columns) -> dict[str, list[Any]]:
         """Return columns of values as lists by their names in SQL."""
@@ -555,9 +604,9 @@ class Database:
                 cells[sql] = _cells(columns[name].astype(DTYPES[kind]))
         return cells
 
-    def _names_of_values(self) -> list[str]:
-        """Return the quoted names in SQL of the columns of values."""
-        return [sql for sql, _ in self._columns.values()]
+    def _names(self) -> list[str]:
+        """Return the names in SQL of the columns of a :class:`_Test`."""
+        return [*_FACTS, *(sql for sql, _ in self._columns.values())]
 
     @cached_property
     def _columns(self) -> dict[str, tuple[str, Kind]]:
