@@ -206,9 +206,10 @@ def read_table(
             head = {**head, "decimal": decimal or head.get("decimal")}
             if average_by in cells.columns:
                 head["label"] = average_by
-            # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
-            is_file = path is not None and not average_by
-            cells = _designs(cells, head, asked.formulation, is_file=is_file)
+            elif path is not None and not average_by:
+                # Of others, equal rows are repeated tests, or what their owner counts.
+                cells = _without_copies(cells)
+            cells = _designs(cells, head, asked.formulation)
             table = _table(cells, head, asked.formulation, variables)
             incomplete = _incomplete(cells, table, asked.formulation, drop_incomplete)
             if not average_by:  # else such a row is a test of a design that may have others
@@ -335,8 +336,15 @@ def source_columns(
 # The rows that are designs
 
 
-def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: bool) -> Cells:
-    """Return the cells of feasible designs; of equal rows of a file, the first.
+def _without_copies(cells: Cells) -> Cells:
+    """Return the first of rows that are equal in all cells."""
+    texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
+    is_new = first_of(zip(*texts, strict=True)) == np.arange(len(cells.rows))
+    return cells.kept(is_new.tolist(), "equal to another one in all cells")
+
+
+def _designs(cells: Cells, head: Head, formulation: Formulation) -> Cells:
+    """Return the cells of feasible designs.
 
     Raises:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
@@ -356,10 +364,6 @@ def _designs(cells: Cells, head: Head, formulation: Formulation, *, is_file: boo
     elif derived and derived != RANKING_COLUMNS:  # exported by the page
         marks = columns[derived[1]]
         cells = cells.kept([mark != "prototype" for mark in marks], "prototypes of a page")
-    if is_file:
-        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
-        is_new = first_of(zip(*texts, strict=True)) == np.arange(len(cells.rows))
-        cells = cells.kept(is_new.tolist(), "equal to another one in all cells")
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
 
@@ -459,7 +463,7 @@ def _claims(
     variables: Names,
     labels: Names,
 ) -> dict[str, str]:
-    """Return for what user, source and names take each column, "" for nothing; objectives first.
+    """Return what each column is taken for, "" for nothing; objectives first.
 
     Args:
         columns: The columns that follow from no others.
@@ -474,34 +478,29 @@ def _claims(
     free = {name: columns[name] for name in columns if name not in (*labels, *variables)}
     numbered = _numbered(free)
     objectives = [name for name in named if name not in formulation.computed]
-    objectives = objectives or _of_role(numbered, OBJECTIVE)
     if not objectives:
-        others = [name for name in free if name not in numbered]
-        objectives = [name for name in others if columns[name].has_numbers()]
+        objectives = _of_role(numbered, OBJECTIVE) or _of_numbers(free, numbered)
     if not named:  # what has a direction is an objective
         asked = {*objectives, *formulation.maximize}.difference(variables)
         objectives = [name for name in columns if name in asked]
-    variables = variables or _of_role(numbered, VARIABLE)
     if len(objectives) < (1 if named else 2):
         raise UnfitError(
             "two columns or more must be of numbers, without labels, variables and codes such as "
             f"01067, got {', '.join(objectives) or 'none'}",
             f"to rank by one alone, or by such columns, name them by {argument('objectives')}",
         )
-    known_names("objectives", objectives, columns)
-    known_names("variables", variables, columns)
-    claims = dict.fromkeys([*objectives, *columns], "")
-    rules = (  # the last that has a column decides
-        (EQUALITY, _of_role(numbered, EQUALITY)),
-        (INEQUALITY, _of_role(numbered, INEQUALITY)),
-        (LABEL, labels),
-        (OUTPUT, claims.keys() & formulation.columns),  # it is computed with, or limited
-        (VARIABLE, variables),
-        (OBJECTIVE, objectives),
-    )
-    for role, names in rules:
-        claims |= dict.fromkeys(names, role)
-    return claims
+    claims = {  # the first that has a column decides
+        OBJECTIVE: known_names("objectives", objectives, columns),
+        VARIABLE: known_names("variables", variables or _of_role(numbered, VARIABLE), columns),
+        OUTPUT: formulation.columns,  # it is computed with, or limited
+        LABEL: labels,
+        INEQUALITY: _of_role(numbered, INEQUALITY),
+        EQUALITY: _of_role(numbered, EQUALITY),
+    }
+    taken = {}
+    for name in (*objectives, *columns):
+        taken[name] = next((claim for claim, names in claims.items() if name in names), "")
+    return taken
 
 
 def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, str]:
@@ -537,6 +536,11 @@ def _of_role(roles: Mapping[str, str], role: str) -> list[str]:
     return [name for name in roles if roles[name] == role]
 
 
+def _of_numbers(columns: Mapping[str, TextColumn], others: Collection[str]) -> list[str]:
+    """Return the columns of numbers except others."""
+    return [name for name in columns if name not in others and columns[name].has_numbers()]
+
+
 def _role(column: TextColumn, claim: str) -> str:
     """Return the role of a column, by what it is taken for and what it holds.
 
@@ -552,33 +556,20 @@ def _role(column: TextColumn, claim: str) -> str:
     return OUTPUT
 
 
-def _remarks(
+def _mismatches(
     cells: Cells,
     columns: Mapping[str, TextColumn],
     claims: Mapping[str, str],
     roles: Mapping[str, str],
-    *,
-    is_guess: bool,
-    maximize: Collection[str],
 ) -> Iterator[str]:
-    """Yield remarks on columns that a reader may take for others.
+    """Yield why columns are no variables or constraints, as which they are named.
 
     Args:
         cells: All cells.
         columns: The columns.
         claims: What they are taken for by :func:`_claims`.
         roles: What they are.
-        is_guess: Whether nobody has said what the objectives are.
-        maximize: What is to be maximised.
     """
-    name, *_ = claims
-    first = columns[name].require_numbers()
-    if is_guess and len(first) > 2 and first[0].is_integer() and _count_on(first):
-        yield (
-            f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
-            "objectives."
-        )
-    unranked = []
     for name, claim in claims.items():
         column = columns[name]
         if claim == VARIABLE and roles[name] != VARIABLE:
@@ -592,16 +583,44 @@ def _remarks(
                     f"{name} is no constraint; {counted(n_beyond, 'design')} would violate one. If "
                     f"it is one, say --limits {quote(limit.written(name))}, or limits= in Python."
                 )
-        elif claim == OBJECTIVE and is_guess and name not in maximize and _UPWARD.search(name):
+
+
+def _guesses(
+    cells: Cells,
+    columns: Mapping[str, TextColumn],
+    claims: Mapping[str, str],
+    maximize: Collection[str],
+) -> Iterator[str]:
+    """Yield what a reader must check where neither user nor source names the objectives.
+
+    Args:
+        cells: All cells.
+        columns: The columns.
+        claims: What they are taken for by :func:`_claims`.
+        maximize: What is to be maximised.
+    """
+    name, *_ = claims
+    first = columns[name].require_numbers()
+    if len(first) > 2 and first[0].is_integer() and _count_on(first):
+        yield (
+            f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
+            "objectives."
+        )
+    unranked = []
+    for name, claim in claims.items():
+        column = columns[name]
+        if claim == OBJECTIVE and name not in maximize and _UPWARD.search(name):
             option = f"--maximize {quote(entry_of(name))}, or maximize= in Python"
             yield f"{name} is minimised unless you say {option}."
-        elif (claim == LABEL and _holds_more(column, cells)) or (
-            claim in ("", *_MET) and column.may_hold_numbers()
-        ):
-            unranked.append(name)
-        elif claim == "" and is_guess and column.holds_times():
-            yield f"{name} holds times; to rank by it, write them as numbers."
-    if unranked and is_guess:
+        elif claim == LABEL:
+            if _holds_more(column, cells):
+                unranked.append(name)
+        elif claim == "" or (claim in _MET and column.numbers is None):
+            if column.may_hold_numbers():
+                unranked.append(name)
+            elif column.holds_times():
+                yield f"{name} holds times; to rank by it, write them as numbers."
+    if unranked:
         yield f"Not ranked: {_listed_few(unranked)}; to rank by others, name the objectives."
 
 
@@ -641,44 +660,64 @@ def _table(
     named = formulation.objectives or stated.objectives
     variables = tuple(name_list("variables", variables or stated_variables))
     claims = _claims(columns, formulation, named, variables, labels)
-    maximize = {*stated.maximize, *formulation.maximize}
     roles = {name: _role(columns[name], claim) for name, claim in claims.items()}
-    remarks = _remarks(cells, columns, claims, roles, is_guess=not named, maximize=maximize)
+    maximize = {*stated.maximize, *formulation.maximize}
+    remarks = [*cells.remarks, *_mismatches(cells, columns, claims, roles)]
+    if not named:
+        remarks += _guesses(cells, columns, claims, maximize)
     numbers = np.array(cells.rows)
     if roles.get(TEST) == NOTE:
         del roles[TEST]
         numbers = np.array(_integers(columns[TEST].cells))  # none if one is no integer
         if len({*numbers.tolist()}) < len(cells.rows) or numbers.min() < 1:
             raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
-    data: Columns = {}
-    schema = []
-    for name, role in roles.items():
-        data[name] = _values(columns[name], role)
-        column = Column(name, role, Kind.CHOICE)
-        if role != NOTE:  # a text has its unit in it
-            unit = stated.units.get(name, columns[name].unit) or formulation.units.get(name, "")
-            is_maximized = name in maximize and role != VARIABLE
-            column = Column(name, role, kind_of_cells(data[name]), unit, is_maximized)
-        schema.append(column)
-    stated = stated.with_objectives(_of_role(claims, OBJECTIVE))
-    asked = Formulation(
-        limits=stated.limits, normalize=stated.normalize, ranges=stated.ranges or None
-    )
+    schema, data = _typed(columns, roles, maximize, stated.units, formulation.units)
+    ranges = stated.with_objectives(_of_role(claims, OBJECTIVE)).ranges
+    asked = Formulation(limits=stated.limits, normalize=stated.normalize, ranges=ranges or None)
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
-        Schema(tuple(schema)),
+        schema,
         data,
         numbers,
         decision=replace(decision, formulation=asked),
         decimal=max(marks, key=".,".index),
         separator=head.get("separator", ",").replace(" ", ","),
-        remarks=(*cells.remarks, *remarks),
+        remarks=tuple(remarks),
     )
     if label == TEST:
         return table
     if label in table.schema.notes:
         return table.with_notes({}, label)
     return _named_by_rows(table, cells.rows)
+
+
+def _typed(
+    columns: Mapping[str, TextColumn],
+    roles: Mapping[str, str],
+    maximize: Collection[str],
+    stated_units: Entries,
+    asked_units: Entries,
+) -> tuple[Schema, Columns]:
+    """Return the schema and the values of columns.
+
+    Args:
+        columns: The columns.
+        roles: The roles of those that the table has.
+        maximize: What is to be maximised.
+        stated_units: Units by name as the source states them.
+        asked_units: Those of columns for which it states none.
+    """
+    data: Columns = {}
+    schema = []
+    for name, role in roles.items():
+        data[name] = _values(columns[name], role)
+        column = Column(name, role, Kind.CHOICE)
+        if role != NOTE:  # a text has its unit in it
+            unit = stated_units.get(name, columns[name].unit) or asked_units.get(name, "")
+            is_maximized = name in maximize and role != VARIABLE
+            column = Column(name, role, kind_of_cells(data[name]), unit, is_maximized)
+        schema.append(column)
+    return Schema(tuple(schema)), data
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
