@@ -12,15 +12,15 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine, sized
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.comparison._runs import SEARCHES, Task, perform
+from pymoo_psi.comparison._runs import SEARCHES, Search, Task, perform
 
 BUDGET = sized(4096, 256)
 ROUNDS = sized(7, 1)
 
 
 ALGORITHMS = {
-    "investigate": lambda problem, n, seed: investigate(problem, n),
-    "minimize(PSI)": lambda problem, n, seed: minimize(problem, PSI(n)).F,
+    "investigate": Search(lambda problem, n, seed: investigate(problem, n)),
+    "minimize(PSI)": Search(lambda problem, n, seed: minimize(problem, PSI(n)).F),
     "nsga3": SEARCHES["nsga3"],
     "nsga2": SEARCHES["nsga2"],
 }

@@ -40,7 +40,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.algorithms import progress_bar
 from pymoo_psi.comparison._runs import (
     DEFAULT_ALGORITHMS,
-    SEARCHES,
     RunResult,
     Search,
     Task,
@@ -186,14 +185,6 @@ class Reference:
             "optimum_distance": float(np.linalg.norm(distance)),
             "n_nondominated": len(F),
         }
-
-
-# Powers of 2: so many LPτ points form complete nets.
-DEFAULT_EVALUATIONS = (256, 1024, 4096)
-# Surrogates get fewer: a run with 4096 evaluations would take minutes.
-FEW_EVALUATIONS = (64, 128, 256)
-_WITH_SURROGATES = {SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"]}
-_DETERMINISTIC = SEARCHES["psi"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -474,15 +465,14 @@ def _tasks(
     if isinstance(seeds, Integral):
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
     if n_evaluations is None:
-        n_evaluations = DEFAULT_EVALUATIONS
-        if not _WITH_SURROGATES.isdisjoint(by_name.values()):
-            n_evaluations = FEW_EVALUATIONS
+        n_evaluations = min((search.budgets for search in by_name.values()), key=max)
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     several = _integers("seeds", seeds, minimum=0)
     tasks = []
     for name, search in by_name.items():
-        # The statistical tests recognize a deterministic algorithm by its missing seed.
-        seeds_of_search = [None] if search is _DETERMINISTIC else several
+        seeds_of_search: list[int | None] = [None]
+        if search.is_random:
+            seeds_of_search = [*several]
         for budget, seed in itertools.product(budgets, seeds_of_search):
             tasks.append(Task(name, budget, seed))
     return tasks
@@ -639,6 +629,6 @@ def _rank_sum_test(a: Array, b: Array) -> float:
 def _values(runs: pd.DataFrame, indicator: Indicator) -> Array:
     """Return an indicator of the runs of an algorithm, of which more is better, for `p_value`."""
     values: Array = INDICATORS[indicator] * runs[indicator].to_numpy(float)
-    if runs["seed"].isna().all():  # deterministic
+    if runs["seed"].isna().all():  # a single run, that of any seed
         return values[0, ...]
     return values

@@ -87,8 +87,23 @@ from pymoo_psi.table import POINT, Schema, TestTable, columns_of, head_of
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
-Search = Callable[[Any, int, int], object]
-"""Takes a problem, a number of evaluations and a seed, and evaluates designs."""
+_FEW = (64, 128, 256)  # with surrogates a run of 4096 evaluations would take minutes
+
+
+@dataclass(frozen=True)
+class Search:
+    """How an algorithm searches.
+
+    Attributes:
+        run: Takes a problem, a number of evaluations and a seed, and evaluates so many designs.
+        is_random: Whether the designs depend on the seed.
+        budgets: The numbers of evaluations by default; powers of 2, as so many LPτ points form
+            complete nets.
+    """
+
+    run: Callable[[Any, int, int], object]
+    is_random: bool = True
+    budgets: tuple[int, ...] = (256, 1024, 4096)
 
 
 def searches(algorithms: Collection[str] | Entries) -> dict[str, Search]:
@@ -118,9 +133,9 @@ def _search(name: Any, algorithm: Any) -> Search:
         remedy = f"give lambda n: {algorithm.__name__}(...)"
         raise wrong_type(f"algorithms[{name!r}]", rule, algorithm, remedy)
     if isinstance(algorithm, Algorithm):
-        return partial(_run_algorithm, lambda _: algorithm)
+        return Search(partial(_run_algorithm, lambda _: algorithm))
     if callable(algorithm):
-        return partial(_run_algorithm, algorithm)
+        return Search(partial(_run_algorithm, algorithm))
     return SEARCHES[known_name("algorithms", algorithm, SEARCHES)]
 
 
@@ -178,14 +193,16 @@ def _run_algorithm(make: Callable[[int], Any], problem: Any, n: int, seed: int) 
 
 _SCRAMBLED = QMCSampling("sobol")
 SEARCHES: dict[str, Search] = {
-    "psi": partial(_run_algorithm, PSI),
-    "psi-scrambled": partial(_run_algorithm, partial(PSI, sampling=_SCRAMBLED)),
-    "nsga3": _nsga3,
-    "nsga2": _nsga2,
-    "surrogate": partial(_run_algorithm, _surrogate_psi),
-    "surrogate-scrambled": partial(_run_algorithm, partial(_surrogate_psi, sampling=_SCRAMBLED)),
-    "psi+nsga3": partial(_psi_then_nsga3, None),
-    "psi-scrambled+nsga3": partial(_psi_then_nsga3, _SCRAMBLED),
+    "psi": Search(partial(_run_algorithm, PSI), is_random=False),
+    "psi-scrambled": Search(partial(_run_algorithm, partial(PSI, sampling=_SCRAMBLED))),
+    "nsga3": Search(_nsga3),
+    "nsga2": Search(_nsga2),
+    "surrogate": Search(partial(_run_algorithm, _surrogate_psi), budgets=_FEW),
+    "surrogate-scrambled": Search(
+        partial(_run_algorithm, partial(_surrogate_psi, sampling=_SCRAMBLED)), budgets=_FEW
+    ),
+    "psi+nsga3": Search(partial(_psi_then_nsga3, None)),
+    "psi-scrambled+nsga3": Search(partial(_psi_then_nsga3, _SCRAMBLED)),
 }
 
 
@@ -201,7 +218,7 @@ class Task:
     Attributes:
         algorithm: Name of the algorithm.
         n_evaluations: The budget.
-        seed: The seed; ``None`` if the algorithm is deterministic.
+        seed: The seed; ``None`` if the designs do not depend on it.
     """
 
     algorithm: str
@@ -262,34 +279,40 @@ def perform(
         PsiError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
-    search = by_name[task.algorithm]
-    seed = task.seed or 0  # without one it is deterministic
     began = time.perf_counter()
-    try:
-        with warnings.catch_warnings():
-            # of PSI, which goes on after the end; the error below has the reason
-            warnings.filterwarnings("ignore", f".* failed: {EndOfRunError.__name__}")
-            search(observed, task.n_evaluations, seed)
-    except EndOfRunError:
-        pass
-    except Exception as error:
-        if isinstance(error, PsiError) and not observed.failure:
-            raise
-        observed.failure = observed.failure or f"{type(error).__name__}: {error}"
+    failure = _spend(observed, by_name[task.algorithm], task)
     times = {
         "seconds": time.perf_counter() - began,
         "evaluation_seconds": observed.evaluation_seconds,
     }
-    if observed.failure:
+    if failure:
         raise PsiError(
-            f"the run of {task} ended in {observed.failure}; use FailureTolerant(problem) if "
-            "designs fail, and leave out of algorithms what does not suit the problem"
+            f"the run of {task} ended in {failure}; use FailureTolerant(problem) if designs fail, "
+            "and leave out of algorithms what does not suit the problem"
         )
     tests = observed.tests()
     if folder is not None:
         head = _head(tests, problem) | {"run": asdict(task) | times}
         write_study(folder / _file_name(task), head, columns_of(tests, POINT))
     return _result(task, tests, **times)
+
+
+def _spend(observed: ObservedProblem, search: Search, task: Task) -> str:
+    """Spend the budget of a run, and return what has ended it before; empty if nothing has."""
+    try:
+        with warnings.catch_warnings():
+            # of PSI, which goes on after the end; the failure has the reason
+            warnings.filterwarnings("ignore", f".* failed: {EndOfRunError.__name__}")
+            search.run(observed, task.n_evaluations, task.seed or 0)
+    except EndOfRunError:
+        return observed.failure
+    except Exception as error:
+        if observed.failure:
+            return observed.failure
+        if isinstance(error, PsiError):
+            raise
+        return f"{type(error).__name__}: {error}"
+    return observed.failure
 
 
 def _file_name(task: Task) -> str:
@@ -314,7 +337,7 @@ class ObservedProblem(Wrapper):
     Attributes:
         wrapped: The problem.
         left: How many designs may still be evaluated.
-        failure: What has ended the run, such as the failure of a design; or an empty text.
+        failure: The design that has failed and so ended the run; or an empty text.
         evaluation_seconds: Wall time spent in the problem.
     """
 
