@@ -80,7 +80,9 @@ def test_single_usable_tests_have_means_and_no_confidence():
 
 def test_a_design_of_one_test_keeps_its_values_to_the_bit():
     table = TestTable.of([1, 2, 3], [[0.1], [0.1], [0.5]], [[1, 2], [1.2, 2], [1 / 3, 2 / 3]])
-    assert average_repeats(table).F[1].tolist() == [1 / 3, 2 / 3]
+    designs = average_repeats(table)
+    assert designs.F[1].tolist() == [1 / 3, 2 / 3]
+    assert counts_sentence(designs, "s.db").startswith("s.db: 2 designs of 3 tests; ")
 
 
 def test_failed_tests_do_not_count_in_means():

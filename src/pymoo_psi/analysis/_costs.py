@@ -27,6 +27,7 @@ from pymoo_psi.pareto import listed
 from pymoo_psi.table import (
     EQUALITY,
     INEQUALITY,
+    N_TESTS,
     RUN,
     VARIABLE,
     Limit,
@@ -168,11 +169,14 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     n_within = int(table.feasible().sum())
     n_failed = int(table.failed().sum())
     size = counted(len(table), words["row"])
+    tests = size
+    if table.schema.are_means and not n_failed:
+        tests += f" of {counted(int(table.column(N_TESTS).sum()), 'test')}"
     if subject and RUN in table.schema.notes:
-        size += f" of {counted(len({*table.column(RUN)}), 'run')}"
+        tests += f" of {counted(len({*table.column(RUN)}), 'run')}"
     failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
     within = f"{_are(n_within)}{within_limits(table)} ({', '.join(limits)})"
-    facts = [f"{size}{failed}"]
+    facts = [f"{tests}{failed}"]
     if limits and subject:
         facts.append(f"{number(n_within)} {within}")
     elif limits:
@@ -259,7 +263,7 @@ def failure_sentences(table: TestTable) -> list[str]:
         >>> failure_sentences(TestTable.of(np.arange(1, 41), X, F))[0].split(" in ")[0]
         'The requirement x1 / x2 <= 30 would have avoided 9 of 9 failures'
     """
-    if table.schema.words["row"] != "test" or not table.failed().any():
+    if table.schema.words["failed"] != "failed" or not table.failed().any():
         return []
     has_run = table.failed() | np.isfinite(table.F).any(axis=1)
     table = table.take(np.unique(first_tests(table)[has_run])[-_MOST_TESTS:])

@@ -62,7 +62,8 @@ BY_PEOPLE = "tests of"
 
 # What sentences call the rows of a table, and those without values.
 _OF_TESTS = {"row": "test", "failed": "failed"}
-_OF_DESIGNS = {"row": "design", "failed": "incomplete"}
+_OF_MEANS = {"row": "design", "failed": "failed"}
+_OF_FILE = {"row": "design", "failed": "incomplete"}
 
 
 class Column(NamedTuple):
@@ -317,8 +318,14 @@ class Schema:
         return _frozen(np.array(signs))
 
     @property
+    def are_means(self) -> bool:
+        """Whether rows are means of several tests, as the numbers of tests and errors show."""
+        errors = map(error_column, self.values)
+        return N_TESTS in self.outputs and not {*errors}.isdisjoint(self.outputs)
+
+    @property
     def words(self) -> dict[str, str]:
-        """The words for rows in sentences: tests of a model, which may fail, or designs of a file.
+        """The words for rows in sentences: tests of a model, their means, or designs of a file.
 
         Designs of a file have a column of names and no bounds; they may be incomplete.
 
@@ -326,9 +333,11 @@ class Schema:
             >>> Schema.of(["width"], ["mass"], lower=[1], upper=[2]).words["failed"]
             'failed'
         """
-        if self.label is None or np.isfinite(self.lower).any():
-            return _OF_TESTS
-        return _OF_DESIGNS
+        if self.label is not None and not np.isfinite(self.lower).any():
+            return _OF_FILE
+        if self.are_means:
+            return _OF_MEANS
+        return _OF_TESTS
 
     # Other schemas
 
