@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from pymoo_psi import pareto
 from pymoo_psi._names import name_of, named_as
 from pymoo_psi._output import Document
 from pymoo_psi._validation import Entries, Names, Received, counted, invalid, known_name
@@ -38,6 +39,11 @@ _SCRIPTS = {
     "positions preferences table files page",
     "live": "live",
 }
+# The numbers of the rules that Python and the scripts both apply, by their names in Python.
+_NUMBERS = (
+    "NOISE LAST_PLACES TIE STEP MOST_COSTS SAME CHEBYSHEV_SUM N_WEIGHTS N_OTHERS N_AVERAGED "
+    "N_LIKELIEST N_ASKED SHARPNESS MISTAKES VISIBLE CERTAIN ENOUGH"
+)
 # What distances are measured in, by whether they are normalised.
 _SCALES = {
     True: ", each objective in units of its range",
@@ -100,7 +106,7 @@ class DecisionPage(Document):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        scripts = {name: _joined(parts) for name, parts in _SCRIPTS.items()}
+        scripts = {name: _script(name) for name in _SCRIPTS}
         source = "'self'"
         if live is None:
             source = "'none'"
@@ -341,10 +347,14 @@ def _digest(text: str) -> str:
     return f"'sha256-{b64encode(digest).decode('ascii')}'"
 
 
-def _joined(names: str) -> str:
-    """Return files as one script, in which the names of all are known."""
-    parts = [_asset(f"{name}.js") for name in names.split()]
-    return "\n".join(['"use strict"', *parts])
+def _script(name: str) -> str:
+    """Return the files of a script as one, in which the names of all are known."""
+    parts = ['"use strict"']
+    if name == "logic":
+        numbers = [f"{name} = {float(getattr(pareto, name))!r}" for name in _NUMBERS.split()]
+        parts.append(f"const {', '.join(numbers)}")
+    parts += [_asset(f"{file}.js") for file in _SCRIPTS[name].split()]
+    return "\n".join(parts)
 
 
 def _asset(name: str) -> str:

@@ -16,7 +16,7 @@ import pandas as pd
 from pymoo_psi._numbers import LOG_RANGE, NumberFormat, needs_logarithms
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import AnyArray, Array, Mask, Values
-from pymoo_psi.pareto import SENTENCES, enough_digits, nondominated
+from pymoo_psi.pareto import N_WEIGHTS, SENTENCES, enough_digits, nondominated
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import (
     POINT,
@@ -119,10 +119,10 @@ def _export(table: TestTable, columns: Sequence[Values]) -> Values:
 
 
 def _points(n_dim: int) -> list[str]:
-    """Return the first 1024 points of the LPτ sequence, times 1024, by dimension."""
+    """Return the first points of the LPτ sequence, times their number, by dimension."""
     if not 1 <= n_dim <= 51:  # the page asks no questions about more objectives
         return []
-    points = lp_tau(1024, n_dim) * 1024
+    points = lp_tau(N_WEIGHTS, n_dim) * N_WEIGHTS
     return [_base64(column.astype(np.uint16)) for column in points.T]
 
 

@@ -1,5 +1,6 @@
 // The designs, without a document, so that they are ranked in the page and in Node. Places, sentences
-// and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
+// and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection; the numbers of their rules,
+// such as NOISE and TIE, are defined by a line that the page puts before this script.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
 // All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
@@ -27,7 +28,7 @@ function decode(payload) {
     textual: columns.filter(({texts}) => texts),
     by: new Map(columns.map((column) => [column.name, column])), // a Map, as any name may be a key, also __proto__
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
-    points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times 1024, by dimension
+    points: payload.points.map((text) => new Uint16Array(bytesOf(text))), // of the LPτ sequence, times N_WEIGHTS, by dimension
     more: [], // what `grow` has added
   }
   return addDesigns(payload.more ?? [])

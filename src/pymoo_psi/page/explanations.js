@@ -1,9 +1,5 @@
 // Why a design and what others give up, in the sentences of pareto.
 
-const TIE = 1e-9 // as in pareto
-const STEP = 0.01
-const MOST_COSTS = 5
-
 // A sentence with its parts; one that begins with a design has a capital.
 function sentence(name, parts = {}) {
   const text = data.sentences[name]

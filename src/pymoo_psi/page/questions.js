@@ -1,9 +1,5 @@
-// A few questions find the design that a person wants (pareto's Preferences, by the same steps; the
-// reasons for its numbers stand there).
+// A few questions find the design that a person wants (pareto's Preferences, by the same steps).
 
-const [N_WEIGHTS, N_OTHERS, AVERAGED, LIKELIEST, ASKED] = [1024, 128, 128, 256, 12]
-const [SHARPNESS, MISTAKES, CERTAIN, ENOUGH] = [30, 0.15, 0.9, 0.01]
-const [VISIBLE, ALIKE, CHEBYSHEV_SUM] = [0.01, 0.04, 1e-9]
 const RELATIONS = [">", "=", "?"] // the first is preferred, both are as good, the question was skipped
 
 // The first of the greatest values; what differs by less than TIE is equal.
@@ -26,7 +22,7 @@ function preferencesOf({front, frame}) {
     const [low, high] = endsOf(column, front)
     return column.map((term) => (term - low) / (high - low))
   })
-  const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= ALIKE
+  const isAlike = (one, other) => sqrt(sum(Array.from(front, (i) => (one[i] - other[i]) ** 2)) / front.length) <= SAME
   const terms = varied.filter((_, j) => steps.findIndex((other) => isAlike(other, steps[j])) === j)
   const weights = simplexWeights(data.points, terms.length)
   const nearest = weights.map((_, w) => {
@@ -34,7 +30,7 @@ function preferencesOf({front, frame}) {
     return front[away.indexOf(endOf(away, 1))]
   })
   const candidates = Int32Array.from(new Set(nearest)).sort()
-  const some = front.filter((_, i) => i % ceil(front.length / AVERAGED) === 0)
+  const some = front.filter((_, i) => i % ceil(front.length / N_AVERAGED) === 0)
   const scales = weights.map((_, w) => {
     const least = endOf(distancesBy(w, candidates), 1)
     return [least, max(sum(distancesBy(w, some)) / some.length - least, 1e-12)]
@@ -90,7 +86,7 @@ function preferencesOf({front, frame}) {
     const shares = byRow(likely)
     const texts = byRow(percents(likely))
     likely[best] += 1
-    const likeliest = bySize(likely).slice(0, LIKELIEST).map((k) => rows[k])
+    const likeliest = bySize(likely).slice(0, N_LIKELIEST).map((k) => rows[k])
     const question = regret < ENOUGH ? null : questionOf(chances, likeliest, answers)
     return {row: rows[best], regret, shares, texts, question}
   }
@@ -100,7 +96,7 @@ function preferencesOf({front, frame}) {
   function questionOf(chances, likeliest, answers) {
     const values = valued(likeliest)
     const expected = expectedValues(chances, values)
-    const rows = likeliest.slice(0, ASKED)
+    const rows = likeliest.slice(0, N_ASKED)
     const best = (list, winner, loser) => endOf(ofUnbeaten(list, likeliest, [...answers, [winner, ">", loser]]), -1)
     let question = null
     let most = -Infinity

@@ -1,8 +1,5 @@
 // Places by the distance to the ideal point (pareto's rank_of_efficiency).
 
-const NOISE = 64 * Number.EPSILON // as in pareto, which has the reasons for this one and the next three
-const LAST_PLACES = 8 * Number.EPSILON
-
 // The least values of the groups of values that are equal up to rounding, ascending, and the group of
 // each value. A group reaches from its least value, so that no chain is taken for one.
 function grouped(values) {

@@ -18,14 +18,17 @@ from ._representatives import representatives as representatives
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._acceptability import CHEBYSHEV_SUM as CHEBYSHEV_SUM
 from ._acceptability import weight_shares as weight_shares
 from ._acceptability import weights_sentence as weights_sentence
+from ._cautions import SAME as SAME
 from ._cautions import cautions_of_distances as cautions_of_distances
 from ._cautions import cautions_with_weights as cautions_with_weights
 from ._confidence import probabilities as probabilities
 from ._confidence import standard_errors as standard_errors
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
+from ._dominance import NOISE as NOISE
 from ._dominance import competes as competes
 from ._dominance import conflicting_pairs as conflicting_pairs
 from ._dominance import constraint_violation as constraint_violation
@@ -35,11 +38,24 @@ from ._dominance import meets_constraints as meets_constraints
 from ._dominance import unit_lengths as unit_lengths
 from ._dominance import violated_constraints as violated_constraints
 from ._dominance import without_rounding as without_rounding
+from ._explanation import MOST_COSTS as MOST_COSTS
+from ._explanation import STEP as STEP
+from ._explanation import TIE as TIE
 from ._explanation import ranked_row as ranked_row
 from ._explanation import within_range as within_range
 from ._indicators import epsilon_additive as epsilon_additive
 from ._indicators import igd_plus as igd_plus
 from ._indicators import pareto_rank as pareto_rank
+from ._preferences import CERTAIN as CERTAIN
+from ._preferences import ENOUGH as ENOUGH
+from ._preferences import MISTAKES as MISTAKES
+from ._preferences import N_ASKED as N_ASKED
+from ._preferences import N_AVERAGED as N_AVERAGED
+from ._preferences import N_LIKELIEST as N_LIKELIEST
+from ._preferences import N_OTHERS as N_OTHERS
+from ._preferences import N_WEIGHTS as N_WEIGHTS
+from ._preferences import SHARPNESS as SHARPNESS
+from ._preferences import VISIBLE as VISIBLE
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame

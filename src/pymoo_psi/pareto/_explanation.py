@@ -38,11 +38,11 @@ from pymoo_psi.pareto._sentences import SENTENCES, capital, listed, sentence, wr
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.
-_TIE = 1e-9
+TIE = 1e-9
 # A step is at least this share of the range: on a dense front, the least step is hardly another
 # design.
-_STEP = 0.01
-_MOST_COSTS = 5  # objectives named in a sentence, those with the greatest shares of a range
+STEP = 0.01
+MOST_COSTS = 5  # objectives named in a sentence, those with the greatest shares of a range
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -340,7 +340,7 @@ class Explanation:
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
         amounts: list[tuple[str, str]] = []
-        for j in columns[:_MOST_COSTS]:
+        for j in columns[:MOST_COSTS]:
             texts = {
                 "objective": self.ranking.objectives.names[j],
                 "amount": _amount(self.ranking, j, self.behind[j]),
@@ -350,8 +350,8 @@ class Explanation:
             if within_range(self.shares[j]):
                 whole = sentence("change" if amounts else "first change", **texts)
             amounts.append((amount, whole.removeprefix(amount)))
-        if len(columns) > _MOST_COSTS:
-            amounts.append((counted(len(columns) - _MOST_COSTS, "other objective"), ""))
+        if len(columns) > MOST_COSTS:
+            amounts.append((counted(len(columns) - MOST_COSTS, "other objective"), ""))
         return amounts
 
     def step_order(self) -> list[int]:
@@ -447,7 +447,7 @@ def _explanation_of(ranking: EfficiencyRanking, row: int, trades: tuple[str, ...
     neighbours = np.full(len(ranking.lengths), -1)
     for j, gain in enumerate(gains.T):
         better = np.flatnonzero(gain > 0)
-        far = better[gain[better] >= _STEP * ranking.lengths[j]]
+        far = better[gain[better] >= STEP * ranking.lengths[j]]
         if len(far):
             better = far
         if len(better):
@@ -521,7 +521,7 @@ def _least(rows: Rows, *measures: Array) -> Rows:
     """Return the rows of the least measure; each measure decides between those that tie before."""
     for measure in measures:
         measured = measure[rows]
-        rows = rows[measured <= measured.min() + _TIE]
+        rows = rows[measured <= measured.min() + TIE]
     return rows
 
 
@@ -542,12 +542,12 @@ def _values(ranking: EfficiencyRanking, rows: Rows) -> Array:
 
 def within_range(share: float) -> bool:
     """Whether a difference is within the range of its objective; beyond it, only units tell."""
-    return share <= 1 + _TIE  # NaN is not
+    return share <= 1 + TIE  # NaN is not
 
 
 def by_size(shares: AnyArray) -> Rows:
     """Return the positions of shares, the largest first, NaN last; those that tie as they are."""
-    return np.argsort(-np.round(shares / _TIE), kind="stable")
+    return np.argsort(-np.round(shares / TIE), kind="stable")
 
 
 def _row_of_design(design: Any, F: Any, ranking: EfficiencyRanking) -> int:

@@ -35,7 +35,7 @@ from pymoo_psi.pareto._acceptability import (
 )
 from pymoo_psi.pareto._cautions import originals
 from pymoo_psi.pareto._dominance import first_equal
-from pymoo_psi.pareto._explanation import by_size, compare_designs
+from pymoo_psi.pareto._explanation import TIE, by_size, compare_designs
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import sentence, wrapped
 
@@ -45,19 +45,18 @@ if TYPE_CHECKING:
 RELATIONS = (">", "=", "?")
 """Of two designs the first is preferred, both are equally good, or the question is skipped."""
 
-_N_WEIGHTS = 1024
+N_WEIGHTS = 1024
 # A person may mean another norm than the assumed one: an eighth of the weights measures by each.
 _ORDERS = (1.0, 2.0, np.inf)
-_N_OTHERS = 128
-_N_AVERAGED = 128  # designs of whose distances the average is taken
-_N_LIKELIEST = 256  # designs among which the proposal after an answer is looked for
-_N_ASKED = 12  # designs of which pairs are asked
-_SHARPNESS = 30.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
-_MISTAKES = 0.15  # the share of answers that have nothing to do with the values
-_VISIBLE = 0.01  # the least difference in two objectives that people can weigh, in ranges
-_CERTAIN = 0.9  # an answer of this probability is not asked for
-_ENOUGH = 0.01  # the expected regret at which the questions end
-_TIE = 1e-9  # what differs by less is equal
+N_OTHERS = 128
+N_AVERAGED = 128  # designs of whose distances the average is taken
+N_LIKELIEST = 256  # designs among which the proposal after an answer is looked for
+N_ASKED = 12  # designs of which pairs are asked
+SHARPNESS = 30.0  # a difference of a twentieth of what is at stake is told by a chance of 95 %
+MISTAKES = 0.15  # the share of answers that have nothing to do with the values
+VISIBLE = 0.01  # the least difference in two objectives that people can weigh, in ranges
+CERTAIN = 0.9  # an answer of this probability is not asked for
+ENOUGH = 0.01  # the expected regret at which the questions end
 
 
 class Preferences(Shown):
@@ -110,7 +109,7 @@ class Preferences(Shown):
             F, normalize=normalize, maximize=maximize
         )
         # The probabilities of the weights after 0, 1, 2, … answers, which are about rows.
-        self._chances = [np.full(_N_WEIGHTS, 1 / _N_WEIGHTS)]
+        self._chances = [np.full(N_WEIGHTS, 1 / N_WEIGHTS)]
         self._answers: list[tuple[int, str, int]] = []
         self._front: Rows = self.ranking.front
         terms, weighted = weighted_terms(self.ranking)
@@ -123,11 +122,11 @@ class Preferences(Shown):
         self._weights = _weights_by_order(p, len(self._weighted), factor)
         self._rows: Rows = self._front[_best_for_some(self._terms, self._weights)]
         self._least = self._distances(self._rows).min(axis=1, keepdims=True)
-        some = self._front[:: -(-len(self._front) // _N_AVERAGED)]
+        some = self._front[:: -(-len(self._front) // N_AVERAGED)]
         average = self._distances(some).mean(axis=1, keepdims=True)
         self._stake = np.maximum(average - self._least, 1e-12)
         self._values = self._values_of(self._rows)
-        self._winners: Rows = (self._values >= 1 - _TIE).argmax(axis=1)
+        self._winners: Rows = (self._values >= 1 - TIE).argmax(axis=1)
 
     def _distances(self, rows: Rows | list[int]) -> Array:
         """``(n_weights, k)`` weighted distances of Pareto-optimal designs."""
@@ -171,7 +170,7 @@ class Preferences(Shown):
         """Return the row of the proposal, and its expected value."""
         rows, values = self._proposals()
         expected = _of_unbeaten(self._chances[-1] @ values, rows, self._preferred)
-        best = int((expected >= expected.max() - _TIE).argmax())
+        best = int((expected >= expected.max() - TIE).argmax())
         return int(rows[best]), float(expected[best])
 
     @property
@@ -275,7 +274,7 @@ class Preferences(Shown):
             regret=percent(self.regret, self.ranking.objectives.decimal),
         )
         texts = [proposed, *self.trades()]
-        if self.regret < _ENOUGH:
+        if self.regret < ENOUGH:
             texts.append(sentence("enough"))
         elif self.question() is None:
             texts.append(sentence("none left"))
@@ -317,7 +316,7 @@ class Preferences(Shown):
         Returns:
             Two designs, as :meth:`answer` takes them: rows of an array, names of a table or frame.
         """
-        if self.regret < _ENOUGH:
+        if self.regret < ENOUGH:
             return None
         chances = self._chances[-1]
         preferred = self._preferred
@@ -325,17 +324,17 @@ class Preferences(Shown):
         expected = chances @ values
         question = None
         most = -np.inf
-        for a, b in combinations(range(min(_N_ASKED, len(rows))), 2):
+        for a, b in combinations(range(min(N_ASKED, len(rows))), 2):
             if not self._can_be_asked(rows[[a, b]]):
                 continue
             prefers = chances * _chance(values[:, a], values[:, b])
-            if not 1 - _CERTAIN < prefers.sum() < _CERTAIN:
+            if not 1 - CERTAIN < prefers.sum() < CERTAIN:
                 continue
             in_favour = prefers @ values
             one, other = rows[[a, b]].tolist()
             after = _of_unbeaten(in_favour, rows, [*preferred, (one, other)]).max()
             after += _of_unbeaten(expected - in_favour, rows, [*preferred, (other, one)]).max()
-            if after > most + _TIE:
+            if after > most + TIE:
                 most = after
                 question = self._name(one), self._name(other)
         return question
@@ -345,13 +344,13 @@ class Preferences(Shown):
         rows, values = self._proposals()
         likely = np.bincount(self._winners, self._chances[-1], len(rows))
         likely[rows == self.row] += 1
-        likeliest = by_size(likely)[:_N_LIKELIEST]
+        likeliest = by_size(likely)[:N_LIKELIEST]
         return rows[likeliest], values[:, likeliest]
 
     def _can_be_asked(self, pair: Rows) -> bool:
         """Whether two designs differ visibly in two objectives, and were not asked about."""
         steps = self._steps[np.searchsorted(self._front, pair)]
-        differs = np.abs(np.diff(steps, axis=0)) >= _VISIBLE - _TIE
+        differs = np.abs(np.diff(steps, axis=0)) >= VISIBLE - TIE
         answered = [{one, other} for one, _, other in self._answers]
         return bool(differs.sum() >= 2 and {*pair} not in answered)
 
@@ -419,9 +418,9 @@ class Preferences(Shown):
 
 def _weights_by_order(p: float, m: int, factor: float | None) -> dict[float, Array]:
     """Return ``(k, m)`` weights by the order of the norm that they are used with, p the last."""
-    weights = simplex_weights(_N_WEIGHTS, m, factor)
+    weights = simplex_weights(N_WEIGHTS, m, factor)
     others = [order for order in _ORDERS if order != p]
-    parts = np.split(weights, _N_OTHERS * np.arange(1, len(others) + 1))
+    parts = np.split(weights, N_OTHERS * np.arange(1, len(others) + 1))
     return dict(zip([*others, p], parts, strict=True))
 
 
@@ -438,8 +437,8 @@ _TRADES = {">": "rather", "=": "as good"}  # the templates
 
 def _chance(values: Array, others: Array) -> Array:
     """Return the chance that designs of some values are preferred to those of others."""
-    logistic = np.tanh(_SHARPNESS * (values - others))
-    return (1 + (1 - _MISTAKES) * logistic) / 2
+    logistic = np.tanh(SHARPNESS * (values - others))
+    return (1 + (1 - MISTAKES) * logistic) / 2
 
 
 def _of_unbeaten(values: Array, rows: Rows, preferred: list[tuple[int, int]]) -> Array:
