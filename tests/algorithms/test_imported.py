@@ -168,16 +168,15 @@ def test_choices_outside_a_box_are_tests_too(options, tmp_path):
     assert import_tests(part, tmp_path / "whole.db", options).X.tolist() == whole.X.tolist()
 
 
-def kiln(x):
-    if x["x"] > 0.8:
-        raise ValueError
-    return {"F": x["x"], "heat": x["x"] + x["lid"]}
-
-
 @pytest.mark.parametrize("of_two_runs", [False, True])
 def test_further_outputs_are_taken_and_failed_tests_are_counted(of_two_runs, options, tmp_path):
     """Those of a frame, too; a binary variable has no bounds."""
-    problem = Model(kiln, vars={"x": Real(bounds=(0, 1)), "lid": Binary()}, n_obj=1)
+    problem = Model(
+        lambda x: {"F": x["x"], "heat": x["x"] + x["lid"]},
+        fails=lambda x: x["x"] > 0.8,
+        vars={"x": Real(bounds=(0, 1)), "lid": Binary()},
+        n_obj=1,
+    )
     study = tmp_path / "a.db"
     investigate(problem, 16, study=study)
     if of_two_runs:

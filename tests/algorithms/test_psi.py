@@ -74,13 +74,8 @@ def test_a_run_of_which_all_tests_failed_says_so_once(run, in_folder):
 @pytest.mark.parametrize("output", ["heat", "f", "data"])
 def test_asking_and_telling_evaluates_a_discrete_design_once(wrapper, output):
     """And keeps an output named as an attribute of pymoo's individuals."""
-
-    def failing(x):
-        if x.sum() == 2:
-            raise ValueError
-        return {"F": [x[0], 2 - x[1]], output: x.sum()}
-
-    problem = Model(failing, n_var=2, xu=2, vtype=int)
+    results = lambda x: {"F": [x[0], 2 - x[1]], output: x.sum()}  # noqa: E731
+    problem = Model(results, fails=lambda x: x.sum() == 2, n_var=2, xu=2, vtype=int)
     algorithm = asked_and_told(wrapper(problem), PSI(40, block_size=7))
     assert len(problem.calls) == algorithm.evaluator.n_eval == 9
     assert algorithm.table.equals(investigate(problem, 40))
@@ -107,14 +102,12 @@ def test_an_evaluator_that_would_do_nothing_is_refused(evaluator):
     refused(message, minimize, CHUTE, PSI(4), evaluator=evaluator)
 
 
-def heated(x):
-    """A model with a further output; the first designs fail, and with them a whole block."""
-    if x[0] + x[1] < 0.3 or x[0] == x[1]:
-        raise ValueError("no grid")
-    return {"F": [x[0] + x[1], x[1] - x[0]], "heat": 3 * x[1]}
-
-
-HEATED = Model(heated, n_var=2)
+# A model with a further output; the first designs fail, and with them a whole block.
+HEATED = Model(
+    lambda x: {"F": [x[0] + x[1], x[1] - x[0]], "heat": 3 * x[1]},
+    fails=lambda x: x[0] + x[1] < 0.3 or x[0] == x[1],
+    n_var=2,
+)
 NAMED = {"names": {"f1": "mass", "f2": "gain"}, "maximize": ("gain",)}
 
 
@@ -181,15 +174,11 @@ def test_a_misspelt_output_is_refused_at_the_first_test(keep, elementwise, asked
     """What was computed is in the study; designs that fail have no outputs."""
 
     def hot(x):
-        if x[0] == 0:
-            raise ValueError
-        return {"F": [x[0]], "heat": x[1]}
-
-    def all_hot(X):
-        return {"F": X[:, :1], "heat": X[:, 1]}
+        return {"F": x[..., :1], "heat": x[..., 1]}
 
     for study in (None, study_file):
-        problem = Model(hot if elementwise else all_hot, n_var=2, n_obj=1, elementwise=elementwise)
+        fails = (lambda x: x[0] == 0) if elementwise else None
+        problem = Model(hot, fails=fails, n_var=2, n_obj=1, elementwise=elementwise)
         mistaken = partial(investigate, problem, 10_000, keep=keep, study=study, **asked)
         refused("a name in .* must be one of .*'heta'; did you mean 'heat'", mistaken)
         assert len(problem.calls) == (2 if elementwise else 1)

@@ -74,12 +74,8 @@ def test_rules_on_failures_take_variables_of_every_kind():
 
 
 def test_designs_that_did_not_run_do_not_count():
-    def model(x):
-        if x[0] / x[1] > 2:
-            raise ArithmeticError("no mesh")
-        return {"F": x.sum()}
-
-    plate = Model(model, n_var=2, n_obj=1, xl=1.0, xu=10.0)
+    size = {"n_var": 2, "n_obj": 1, "xl": 1.0, "xu": 10.0}
+    plate = Model(lambda x: {"F": x.sum()}, fails=lambda x: x[0] / x[1] > 2, **size)
     plate.names = {"x1": "a = b"}  # a sign in a name is none of the rule
     table = investigate(plate, 128, requirements=["`a = b` * x2 <= 40"])
     n_failed = table.failed().sum()

@@ -10,15 +10,16 @@ class Model(ElementwiseProblem):
 
     Args:
         results: Of a design, what pymoo's ``out`` gets; of a noisy model, of a design and a seed.
+        fails: Whether a design, of the same arguments, has no results.
         noisy: Whether the model is noisy.
         stop: After how many calls Ctrl-C is pressed.
         options: Arguments of pymoo's problem.
     """
 
-    def __init__(self, results, *, noisy=False, stop=None, **options):
+    def __init__(self, results, *, fails=None, noisy=False, stop=None, **options):
         bounds = {} if "vars" in options else {"xl": 0.0, "xu": 1.0}
         super().__init__(**{"n_obj": 2} | bounds | options)
-        self.results, self.noisy, self.stop = results, noisy, stop
+        self.results, self.fails, self.noisy, self.stop = results, fails, noisy, stop
         self.calls = []
 
     def fingerprint(self):
@@ -28,6 +29,8 @@ class Model(ElementwiseProblem):
         if len(self.calls) == self.stop:
             raise KeyboardInterrupt
         self.calls.append((x, seed) if self.noisy else (x,))
+        if self.fails is not None and self.fails(*self.calls[-1]):
+            raise ArithmeticError("no convergence")
         out.update(self.results(*self.calls[-1]))
 
 

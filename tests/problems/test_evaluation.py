@@ -221,16 +221,12 @@ def test_designs_by_name_are_copies_too():
 def test_problems_that_transform_designs_are_not_bypassed():
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 
-    def holed(x):
-        if x[0] < 0.1:
-            raise ValueError("hole")
-        return {"F": x[0], "G": x[0] - 0.5}
-
     designs = np.array([[0.0], [0.25], [0.75]])
-    holed = OfFunction(holed, n_var=1, n_obj=1, n_ieq_constr=1)
+    size = {"n_var": 1, "n_obj": 1, "n_ieq_constr": 1}
+    holed = OfFunction(lambda x: {"F": x[0], "G": x[0] - 0.5}, fails=lambda x: x[0] < 0.1, **size)
     out = evaluate_designs(ConstraintsAsPenalty(holed, penalty=100.0), designs)
     assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
-    assert out["failure"].tolist() == ["ValueError: hole", "", ""]
+    assert out["failure"].tolist() == ["ArithmeticError: no convergence", "", ""]
 
 
 def test_further_values_stay_with_their_designs():

@@ -207,12 +207,7 @@ def test_requirements_of_the_problem_hold_beside_others(name, wrap):
 
 @pytest.mark.parametrize("wrap", [FailureTolerant, lambda p: FailureTolerant(Required(p))])
 def test_a_failing_model_is_not_run_again(wrap):
-    def fragile(x):
-        if x[0] > 0.5:
-            raise ArithmeticError("no convergence")
-        return {"F": x}
-
-    problem = Model(fragile, n_var=2)
+    problem = Model(lambda x: {"F": x}, fails=lambda x: x[0] > 0.5, n_var=2)
     problem.requirements = ["x2 <= 2*x1"]
     tolerant = wrap(problem)
     tolerant.evaluate(np.random.default_rng(1).random((40, 2)))

@@ -84,15 +84,13 @@ def test_one_tolerance_has_its_quantiles_exactly(statistics, factor):
     np.testing.assert_allclose(robust.evaluate(X)[0], expected, atol=1e-12)
 
 
-def brittle(x):
-    """Fails beyond 1, and is infinite below 0."""
-    if x[0] > 1:
-        raise ArithmeticError("no convergence")
+def infinite_below_0(x):
     return {"F": x[0] if x[0] >= 0 else np.inf}
 
 
-BRITTLE = Model(brittle, n_var=1, n_obj=1)
-RULED = Model(lambda x: {"F": x[0] if x[0] >= 0 else np.inf}, n_var=1, n_obj=1)
+# One fails beyond 1, one does not run there.
+BRITTLE = Model(infinite_below_0, fails=lambda x: x[0] > 1, n_var=1, n_obj=1)
+RULED = Model(infinite_below_0, n_var=1, n_obj=1)
 RULED.requirements = ["x1 <= 1"]
 
 

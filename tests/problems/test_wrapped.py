@@ -51,12 +51,10 @@ def model(mirrored=False, price=1.0, **options):
     """Fails at a small x1; mirrored and with a price where it is asked to be."""
 
     def results(x):
-        if x[0] < 0.2:
-            raise ArithmeticError("no convergence")
         a, b = x * [1.0, -1.0] + [0.0, 1.0] if mirrored else x
         return {"F": np.array([a + b**2, 1 / (0.1 + a + b)]) * price, "G": a - b - 0.7}
 
-    return Model(results, n_var=2, n_ieq_constr=1, **options)
+    return Model(results, fails=lambda x: x[0] < 0.2, n_var=2, n_ieq_constr=1, **options)
 
 
 # A problem that is wrapped, and the same one written by hand.

@@ -113,13 +113,7 @@ def test_named_designs_and_bounds_of_the_scenario():
 
 def brittle(load):
     """Fails below the load."""
-
-    def model(x):
-        if x[0] < load:
-            raise ArithmeticError("no convergence")
-        return {"F": x[0]}
-
-    return Model(model, n_var=1, n_obj=1, xu=9.0)
+    return Model(lambda x: {"F": x[0]}, fails=lambda x: x[0] < load, n_var=1, n_obj=1, xu=9.0)
 
 
 def test_a_failing_design_is_infeasible_but_not_all():
