@@ -184,7 +184,8 @@ def _results_of(model: Model, table: TestTable) -> Columns:
 def _variables_of(model: Model, table: TestTable) -> Columns:
     """Return the variables of tests of a source, each cell a value that its variable can have."""
     columns: Columns = {}
-    choices = problem_identity(model.problem)["choices"]  # those beyond a box, too
+    identity, _ = problem_identity(model.problem)
+    choices = identity["choices"]  # those beyond a box, too
     for variable, name in zip(model.space.variables, model.schema.variables, strict=True):
         kind = variable.kind
         options = choices.get(variable.title)

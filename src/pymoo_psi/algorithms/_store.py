@@ -459,8 +459,7 @@ def _table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]
     """
     table = TestTable.empty(model.schema)
     try:
-        others: list[str] = []
-        identity = problem_identity(model.problem, others)
+        identity, others = problem_identity(model.problem)
         if others and options.study is not None and options.study_key is None:
             warnings.warn(
                 f"the study does not compare what the problem's {', '.join(others)} is made of; "

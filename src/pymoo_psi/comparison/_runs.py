@@ -394,8 +394,8 @@ def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    others: list[str] = []
-    expected = _head(TestTable.empty(_schema(problem)), problem, others)
+    expected = _head(TestTable.empty(_schema(problem)), problem)
+    _, others = problem_identity(problem)
     if others:
         warnings.warn(
             f"the folder does not compare what the problem's {', '.join(others)} is made of; "
@@ -428,12 +428,7 @@ def _schema(problem: Any) -> Schema:
     return schema.without(schema.outputs)
 
 
-def _head(tests: TestTable, problem: Any, others: list[str] | None = None) -> Values:
-    """Return the head of a study of a run, which identifies the problem.
-
-    Args:
-        tests: The tests of the run.
-        problem: The problem.
-        others: As for :func:`problem_identity`.
-    """
-    return {**head_of(tests), "problem": problem_identity(problem, others)}
+def _head(tests: TestTable, problem: Any) -> Values:
+    """Return the head of a study of a run, which identifies the problem."""
+    identity, _ = problem_identity(problem)
+    return {**head_of(tests), "problem": identity}

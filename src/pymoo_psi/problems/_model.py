@@ -101,7 +101,7 @@ def _default_schema(problem: Any, space: DesignSpace) -> Schema:
 # The identity of a model
 
 
-def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
+def problem_identity(problem: Any) -> tuple[Values, list[str]]:
     """Return what identifies the model of a problem for a study, as plain values.
 
     The names and kinds of the variables belong to it as well; bounds, requirements, names of
@@ -114,10 +114,11 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
 
     Args:
         problem: The problem.
-        others: The names of arguments, to which those are added that hold objects that cannot be
-            compared.
+
+    Returns:
+        The identity; and the names of arguments that hold objects that cannot be compared.
     """
-    parameters, defaults = _parameters(problem, [] if others is None else others)
+    parameters, defaults, others = _parameters(problem)
     model = within_same_columns(problem)
     choices = {}
     for variable in design_space(model, log=()).variables:
@@ -136,32 +137,28 @@ def problem_identity(problem: Any, others: list[str] | None = None) -> Values:
     if not getattr(model, "has_named_outputs", False):
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
         identity["objectives"] = int(model.n_obj)
-    return identity
+    return identity, others
 
 
-def _parameters(problem: Any, others: list[str]) -> tuple[Values, Values]:
+def _parameters(problem: Any) -> tuple[Values, Values, list[str]]:
     """Return what a problem's ``fingerprint()`` returns, or the constants that it was made with.
 
-    Args:
-        problem: The problem.
-        others: As for :func:`problem_identity`.
-
     Returns:
-        The parameters; and the arguments that have their default values, by their paths among the
-        parameters, which do not include them.
+        The parameters; the arguments that have their default values, by their paths among the
+        parameters, which do not include them; and the names of arguments that cannot be compared.
     """
     if not isinstance(problem, Wrapper):
         if callable(getattr(problem, "fingerprint", None)):
-            return dict(problem.fingerprint()), {}
-        return _constants(problem, others)
-    parameters, defaults = _parameters(problem.wrapped, others)
+            return dict(problem.fingerprint()), {}, []
+        return _constants(problem)
+    parameters, defaults, others = _parameters(problem.wrapped)
     if hasattr(type(problem), "fingerprint"):
         parameters = {**problem.fingerprint(), "wrapped": parameters}
         defaults = {f"wrapped.{name}": value for name, value in defaults.items()}
-    return parameters, defaults
+    return parameters, defaults, others
 
 
-def _constants(model: Any, others: list[str]) -> tuple[Values, Values]:
+def _constants(model: Any) -> tuple[Values, Values, list[str]]:
     """Return the constants that a model was made with; see :func:`_parameters`.
 
     They are the arguments of its classes that it keeps as attributes of the same name, or with an
@@ -169,20 +166,20 @@ def _constants(model: Any, others: list[str]) -> tuple[Values, Values]:
     """
     parameters = {}
     defaults = {}
+    others = []
     for name, default in _arguments(type(model)).items():
         kept = _kept(model, name, default)
         if kept is inspect.Parameter.empty:
             continue
-        objects: list[Any] = []
-        constant = _constant(kept, objects)
-        if objects:
+        constant, has_objects = _constant(kept)
+        if has_objects:
             others.append(name)
-        default_constant = _constant(default, [])
+        default_constant, _ = _constant(default)
         if kept is default or constant == default_constant:  # NaN is not equal
             defaults[name] = default_constant  # 1 is kept as 1.0 if that is the default
         else:
             parameters[name] = constant
-    return parameters, defaults
+    return parameters, defaults, others
 
 
 def _arguments(kind: type) -> Values:
@@ -209,16 +206,16 @@ def _kept(model: Any, name: str, default: Any) -> Any:
     return default
 
 
-def _constant(value: Any, objects: list[Any]) -> Any:
+def _constant(value: Any) -> tuple[Any, bool]:
     """Return a constant of a model as JSON has it, or the hash of one that is too long to show.
 
     Numbers, texts, arrays, lists, mappings and data classes count, and functions and classes by
     their names. A path and a runner are None: they say where something is or runs, not what.
 
-    Args:
-        value: The constant.
-        objects: Objects of other kinds, to which those in it are added; they are None, too.
+    Returns:
+        The constant; and whether objects of other kinds are in it, which are None, too.
     """
+    objects = []
 
     def plain(part: Any) -> Any:
         if isinstance(part, (os.PathLike, Runner)):
@@ -241,9 +238,8 @@ def _constant(value: Any, objects: list[Any]) -> Any:
     try:
         constant = msgspec.to_builtins(value, str_keys=True, order="sorted", enc_hook=plain)
     except (RecursionError, TypeError):  # objects that hold each other, or keys that are pairs
-        objects.append(value)
-        return None
+        return None, True
     text = json.dumps(constant)
     if len(text) > _LONGEST:
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
-    return json.loads(text)  # a tuple is a list
+        return hashlib.sha256(text.encode()).hexdigest()[:16], bool(objects)
+    return json.loads(text), bool(objects)  # a tuple is a list
