@@ -26,15 +26,18 @@ from pymoo_psi.errors import ArgumentValueError, WorkerError
 REMEDY = "reload it and what imports it (importlib.reload) and make the problem again, or restart"
 
 _INSTALLED = (os.path.dirname(os.__file__), os.path.dirname(__file__))
-_NOTED: dict[str, bytes] = {}  # the hash of the file of a module as it was imported last
+# The version of each module as it was imported last; empty for those that are not of users.
+_NOTED: dict[str, bytes] = {}
 _RELOADED: set[str] = set()  # modules that were imported with another content before
-_LOOKED_AT: set[str] = set()  # modules that are noted or not of users; there are thousands
 
 
 def watch() -> None:
-    """Note the modules that this process has imported, and from now on those that it imports."""
+    """Note the modules that this process has imported, and from now on those that it imports.
+
+    A later look would be too late, as a file may change between its import and the first run. So
+    Python finds modules by the ``find_spec`` of this one.
+    """
     versions()
-    # Python asks a finder for ``find_spec``, which this module has.
     finders: list[Any] = sys.meta_path
     finders.insert(finders.index(PathFinder), sys.modules[__name__])
 
@@ -48,12 +51,13 @@ def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | N
 
 
 def _note(name: str, file: str | None) -> None:
+    version = b""
     if file and not file.startswith(_INSTALLED) and "-packages" not in file:
-        with suppress(OSError):  # it is none
+        with suppress(OSError):  # it is no file
             version = version_of(file)
-            if name in sys.modules and _NOTED.setdefault(name, version) != version:
-                _RELOADED.add(name)
-            _NOTED[name] = version
+    if name in sys.modules and _NOTED.setdefault(name, version) != version:
+        _RELOADED.add(name)
+    _NOTED[name] = version
 
 
 def version_of(file: str) -> bytes:
@@ -63,14 +67,13 @@ def version_of(file: str) -> bytes:
 
 def versions() -> dict[str, bytes]:
     """Return the versions of the modules of users that this process has, by their names."""
-    for name in set(sys.modules) - _LOOKED_AT:
-        if name not in _NOTED:  # imported before this package, or found by another finder
-            _note(name, getattr(sys.modules.get(name), "__file__", None))
-        _LOOKED_AT.add(name)
+    for name in sys.modules.keys() - _NOTED.keys():
+        # imported before this package, or found by another finder
+        _note(name, getattr(sys.modules.get(name), "__file__", None))
     return {
         name: version
         for name, version in _NOTED.items()
-        if name in sys.modules and name != "__main__"
+        if version and name in sys.modules and name != "__main__"
     }
 
 
