@@ -129,7 +129,11 @@ def run_solve(options: Options) -> int:
         out = require_output(out, suffixes_for("designs"), *inputs)
     settings = _prepared(options, problem, settings)  # after this only the search can fail
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
+    study = options.study and options.study.absolute()  # a model may change the working directory
+    known = _known_tests(study)
     result = _search(options, problem, n_points, settings)
+    if study is not None:
+        result = _with_all_tests(result, problem, settings, study, known)
     if not result.table.feasible().any():
         say(f"{subject}: No design is left: {none_left_reason(result.table)}")
         say(*result.table.remarks, *_reasons(result.tests))
@@ -192,20 +196,22 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
 
 
 def _search(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Result:
-    """Search; all tests of a study are its result. An interrupt says how the search continues."""
+    """Search, and show the progress; an interrupt says how the search continues."""
     search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
-    study = options.study and options.study.absolute()  # a model may change the working directory
-    known = _known_tests(options.study)
     try:
         with stored_at_termination(), _watched(options), progress_bar(True) as show:
-            result = search(problem, n_points, settings, show)
+            return search(problem, n_points, settings, show)
     except KeyboardInterrupt:
         place = f"see {options.study};"
         if options.study is None:
             place = "nothing is kept; with --study FILE.db"
         raise KeyboardInterrupt(f"{place} the same command continues") from None
-    if study is None:
-        return result
+
+
+def _with_all_tests(
+    result: Result, problem: Problem, settings: RunOptions, study: Path, known: list[int]
+) -> Result:
+    """Return the result of all tests of a study, and that of those which it had before."""
     tests = read_table(study, average_by=False)
     result = _result(problem, settings, tests, result.n_evaluated)
     is_known = np.isin(tests.numbers, known)
