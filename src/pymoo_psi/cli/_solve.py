@@ -130,7 +130,7 @@ def run_solve(options: Options) -> int:
     settings = _prepared(options, problem, settings)  # after this only the search can fail
     subject = str(options.study or f"{problem_name(problem)} by {options.algorithm}")
     study = options.study and options.study.absolute()  # a model may change the working directory
-    known = _known_tests(study)
+    known = _known_tests(options.study)
     result = _search(options, problem, n_points, settings)
     if study is not None:
         result = _with_all_tests(result, problem, settings, study, known)
