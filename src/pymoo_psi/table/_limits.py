@@ -82,31 +82,26 @@ class Limit(NamedTuple):
             ArgumentTypeError: It has none of these forms.
         """
         argument = f"{column!r} in limits"
-        if isinstance(value, str) and re.search("[<>=]", value):
-            return limit_of_text(argument, value)
-        if isinstance(value, (str, bool, np.bool_)):
-            value = [str(value)]
-        limit = value
-        if not isinstance(value, (tuple, list)):
+        if isinstance(value, Limit):
+            limit = value
+        elif isinstance(value, (tuple, list)):
+            limit = _limit_of_list(argument, value)
+        elif isinstance(value, str) and re.search("[<>=]", value):
+            limit = limit_of_text(argument, value)
+        elif isinstance(value, (str, bool, np.bool_)):
+            limit = cls(texts=(str(value),))
+        else:
             limit = cls(upper=value, is_bare=True)
-        elif not isinstance(value, Limit):
-            if all(isinstance(text, str) for text in value):
-                return cls(texts=tuple(value))
-            if len(value) != 2:
-                raise wrong_type(argument, _FORM, value)
-            low, high = value
-            limit = cls(-math.inf if low is None else low, math.inf if high is None else high)
-        low = _end(argument, limit.lower)
-        high = _end(argument, limit.upper)
-        is_bare = limit.is_bare and high < math.inf
-        return cls(low, high, limit.texts, is_bare)._checked(argument)
+        return limit._checked(argument)
 
     def _checked(self, argument: str) -> Limit:
-        """Refuse ends in the wrong order, NaN, and two infinite ends with one sign."""
-        if not (self.lower <= self.upper and self.lower < math.inf and self.upper > -math.inf):
-            received = Received(f"({self.lower:g}, {self.upper:g})")
+        """Return it with floats as ends; refuse ends in the wrong order, NaN, and other values."""
+        lower = _end(argument, self.lower)
+        upper = _end(argument, self.upper)
+        if not (lower <= upper and lower < math.inf and upper > -math.inf):
+            received = Received(f"({lower:g}, {upper:g})")
             raise invalid(argument, "(lower, upper) in increasing order", received)
-        return self
+        return Limit(lower, upper, self.texts, self.is_bare and upper < math.inf)
 
     def fitted(self, name: str, schema: Schema) -> Limit:
         """Return the limit as a column has it: "True" on a binary column is the number 1.
@@ -116,24 +111,12 @@ class Limit(NamedTuple):
                 or it is unclear which side of it a number limits.
         """
         if self.texts is not None:
-            kind = schema[known_name("a name in limits", name, schema.names)].kind
-            if name in schema.notes or kind is Kind.CHOICE:
-                return self
-            if kind is Kind.BINARY and self.texts and {*self.texts} <= {"False", "True"}:
-                numbers = [float(text == "True") for text in self.texts]
-                return Limit(min(numbers), max(numbers))
-            raise invalid(
-                f"{name!r} in limits",
-                "numbers, as its values are",
-                self.plain,
-                "a limit on numbers is such as '<= 250'",
-            )
+            return self._fitted_texts(name, schema)
         remedy = ""
         if name in schema.constraints:
             remedy = "leave the constraint out by Formulation(omitted=...) to give it other limits"
         free = [name for name in schema.values if name not in schema.constraints]
-        known_name("a name in limits", name, free, remedy)
-        column = schema[name]
+        column = schema[known_name("a name in limits", name, free, remedy)]
         if self.is_bare and (column.maximize or column.kind is Kind.BINARY):
             upper = self.plain
             what = "maximised" if column.maximize else "true or false"
@@ -144,6 +127,21 @@ class Limit(NamedTuple):
                 f"say ({upper}, None) for at least or (None, {upper}) for at most",
             )
         return self
+
+    def _fitted_texts(self, name: str, schema: Schema) -> Limit:
+        texts = self.texts or ()
+        kind = schema[known_name("a name in limits", name, schema.names)].kind
+        if name in schema.notes or kind is Kind.CHOICE:
+            return self
+        if kind is Kind.BINARY and texts and {*texts} <= {"False", "True"}:
+            numbers = [float(text == "True") for text in texts]
+            return Limit(min(numbers), max(numbers))
+        raise invalid(
+            f"{name!r} in limits",
+            "numbers, as its values are",
+            self.plain,
+            "a limit on numbers is such as '<= 250'",
+        )
 
     def excess(self, name: str, cells: AnyArray) -> Array:
         """``(n,)`` by how much cells exceed it.
@@ -239,6 +237,20 @@ class Limit(NamedTuple):
         return f"{name} {allowed} {unit}".strip()
 
 
+def _limit_of_list(argument: str, values: Sequence[Any]) -> Limit:
+    """Return the limit of a list of texts, or of a pair (lower, upper)."""
+    if all(isinstance(text, str) for text in values):
+        return Limit(texts=tuple(values))
+    if len(values) != 2:
+        raise wrong_type(argument, _FORM, values)
+    lower, upper = values
+    if lower is None:
+        lower = -math.inf
+    if upper is None:
+        upper = math.inf
+    return Limit(lower, upper)
+
+
 def _end(argument: str, value: Any) -> float:
     """Return an end of a limit as a float."""
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -295,11 +307,13 @@ def _limits_of_texts(texts: Names, argument: str) -> dict[str, Limit]:
         listing = name
         if limit.texts is None or "=" in entry:  # not "column in text"
             listing = ""
-        former = limits.get(name, Limit())
-        if former.texts is not None or (name in limits and limit.texts is not None):
-            raise invalid(argument, "given once for a column of texts", Received(entry))
-        ends = max(former.lower, limit.lower), min(former.upper, limit.upper)  # both hold
-        limits[name] = Limit(*ends, limit.texts)._checked(f"{name!r} in limits")
+        if name in limits:
+            former = limits[name]
+            if former.texts is not None or limit.texts is not None:
+                raise invalid(argument, "given once for a column of texts", Received(entry))
+            # Both hold.
+            limit = Limit(max(former.lower, limit.lower), min(former.upper, limit.upper))
+        limits[name] = limit._checked(f"{name!r} in limits")
     return limits
 
 
