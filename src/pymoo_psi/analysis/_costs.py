@@ -165,21 +165,22 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
         subject: What they are tests of, if that is said.
     """
     words = table.schema.words
-    limits = limit_words(table)
-    n_within = int(table.feasible().sum())
-    n_failed = int(table.failed().sum())
     size = counted(len(table), words["row"])
-    tests = size
-    if table.schema.are_means and not n_failed:
-        tests += f" of {counted(int(table.column(N_TESTS).sum()), 'test')}"
-    if subject and RUN in table.schema.notes:
-        tests += f" of {counted(len({*table.column(RUN)}), 'run')}"
+    n_failed = int(table.failed().sum())
     failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
+    total = size
+    if table.schema.are_means and not n_failed:
+        total += f" of {counted(int(table.column(N_TESTS).sum()), 'test')}"
+    if subject and RUN in table.schema.notes:
+        total += f" of {counted(len({*table.column(RUN)}), 'run')}"
+    n_within = int(table.feasible().sum())
+    limits = limit_words(table)
     within = f"{_are(n_within)}{within_limits(table)} ({', '.join(limits)})"
-    facts = [f"{tests}{failed}"]
-    if limits and subject:
-        facts.append(f"{number(n_within)} {within}")
-    elif limits:
+    if not limits:
+        facts = [f"{total}{failed}"]
+    elif subject:
+        facts = [f"{total}{failed}", f"{number(n_within)} {within}"]
+    else:
         facts = [f"{number(n_within)} of {size} {within}{failed}"]
     if n_within > 1:
         n_optimal = int(table.pareto()[table.ranked_as].sum())
@@ -207,22 +208,26 @@ def none_left_reason(table: TestTable) -> str:
     n_left = would_be_left.sum(axis=0)
     if n_left.any():
         k = n_left.argmax()
-        name = names[k]
-        remedy = f"Without the limit on {name}, {n_left[k]} {_are(n_left[k])} left"
-        limit = table.limits.get(name)
-        if limit is not None and limit.texts is None:
-            values = table.column(name)[would_be_left[:, k]]
-            nearest = values[limit.excess(name, values).argmin()]
-            fact = f"none of them has a value of {name}"
-            if np.isfinite(nearest):
-                text = text_beyond(nearest, limit, table.decimal)
-                fact = f"the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
-            remedy += f"; {fact}"
+        remedy = f"Without the limit on {names[k]}, {n_left[k]} {_are(n_left[k])} left"
+        remedy += _nearest_value(table, names[k], would_be_left[:, k])
     else:
         rejects = violated.sum(axis=0)
         remedy = f"The limit on {names[rejects.argmax()]} rejects most, {rejects.max()}"
     none = f"none of {n_tests} is{within_limits(table)} ({', '.join(limit_words(table))})"
     return f"{'; '.join([none, *_missing_texts(table)])}. {remedy}."
+
+
+def _nearest_value(table: TestTable, name: str, rows: Mask) -> str:
+    """Return which value of some tests is the nearest to a limit on numbers, else nothing."""
+    limit = table.limits.get(name)
+    if limit is None or limit.texts is not None:
+        return ""
+    values = table.column(name)[rows]
+    nearest = values[limit.excess(name, values).argmin()]
+    if not np.isfinite(nearest):
+        return f"; none of them has a value of {name}"
+    text = text_beyond(float(nearest), limit, table.decimal)
+    return f"; the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
 
 
 def alike(reasons: Iterable[str]) -> list[str]:
