@@ -80,22 +80,19 @@ class FutureRunner(Runner):
         is given up again is lost. What was submitted is given up where the reader closes this.
         """
         job = self.job(queue.function)
-        again: deque[Job] = deque()
         sent: dict[Any, Job] = {}
         done: SimpleQueue[Any] = SimpleQueue()
+
+        def send(job: Job) -> None:
+            future = self.submit(job)
+            sent[future] = job
+            _put_when_done(future, done)
+
         try:
-            while sent or again or queue.waiting:  # a pause may hold what waits
+            while sent or queue.waiting:  # a pause may hold what waits
                 # A cluster may start its first worker when it has a job.
-                for _ in range(JOBS_AHEAD * max(1, self.n_workers) - len(sent)):
-                    if again:
-                        following = again.popleft()
-                    elif queue.is_ready:
-                        following = job._replace(designs=queue.take(), seconds=queue.job_seconds)
-                    else:
-                        break
-                    future = self.submit(following)
-                    sent[future] = following
-                    _put_when_done(future, done)
+                while queue.is_ready and len(sent) < JOBS_AHEAD * max(1, self.n_workers):
+                    send(job._replace(designs=queue.take(), seconds=queue.job_seconds))
                 try:
                     future = done.get(timeout=_POLLING_SECONDS)
                 except Empty:  # workers may have joined
@@ -109,7 +106,8 @@ class FutureRunner(Runner):
                 except Exception as error:
                     _require_engine(error, finished, queue)
                     if not finished.is_again:
-                        again.extend(finished.alone())
+                        for design in finished.designs:
+                            send(finished._replace(designs=deque([design]), is_again=True))
                         continue
                     index, _ = finished.designs[0]
                     loss = OSError(f"its worker was lost ({one_line(error)})")

@@ -17,6 +17,7 @@ from pymoo_psi._validation import job_count
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._engine import ProcessRunner
 from pymoo_psi.parallel._evaluation import (
+    Answer,
     Result,
     answer_by,
     answer_of,
@@ -112,40 +113,11 @@ class JoblibRunner(Runner):
             yield from self._results(queue, backend, n_workers)
 
     def _results(self, queue: Queue, backend: Any, n_workers: int) -> Generator[Result | None]:
-        """Yield the results of one call of joblib; what is added after its last job stays there.
-
-        joblib asks for jobs by itself, in threads of its own, when workers are free: it would end
-        the call if it had to wait for one.
-        """
-        from joblib import Parallel, delayed
+        """Yield the results of one call of joblib; what is added after its last job stays there."""
         from joblib.externals.loky.process_executor import TerminatedWorkerError
-        from joblib.parallel import LokyBackend
-
-        if isinstance(backend, LokyBackend):
-            _renew_workers()
-            backend.abort_everything = partial(_abort_in_order, backend)
-        call = partial(answer_of, queue.function)
-        if not getattr(backend, "supports_sharedmem", False):
-            call = partial(answer_by, pickled_function(queue.function))
-        return_as = "generator_unordered"
-        n_calls = None
-        if not backend.supports_return_generator:
-            return_as = "list"
-            n_calls = _CALLS_TOGETHER * n_workers
-        parallel = Parallel(
-            n_workers,
-            backend=backend,
-            batch_size=1,
-            pre_dispatch=JOBS_AHEAD * n_workers,
-            return_as=return_as,
-        )
-
-        def calls() -> Iterator[Any]:
-            while queue.is_ready:
-                yield delayed(call)(queue.take())
 
         try:
-            answers = (answer for answer in parallel(islice(calls(), n_calls)))
+            answers = _answers(queue, backend, n_workers)
             try:
                 for answer in answers:
                     yield from queue.results_of(*answer)
@@ -162,6 +134,41 @@ class JoblibRunner(Runner):
                     "goes on"
                 ) from error
             yield from queue.go_on_with(ProcessRunner(n_workers))
+
+
+def _answers(queue: Queue, backend: Any, n_workers: int) -> Generator[Answer]:
+    """Let joblib do the jobs of a queue; yield the answers in any order.
+
+    joblib asks for jobs by itself, in threads of its own, when workers are free: it would end the
+    call if it had to wait for one.
+    """
+    from joblib import Parallel, delayed
+    from joblib.parallel import LokyBackend
+
+    if isinstance(backend, LokyBackend):
+        _renew_workers()
+        backend.abort_everything = partial(_abort_in_order, backend)
+    call = partial(answer_of, queue.function)
+    if not getattr(backend, "supports_sharedmem", False):
+        call = partial(answer_by, pickled_function(queue.function))
+    return_as = "generator_unordered"
+    n_calls = None
+    if not backend.supports_return_generator:
+        return_as = "list"
+        n_calls = _CALLS_TOGETHER * n_workers
+    parallel = Parallel(
+        n_workers,
+        backend=backend,
+        batch_size=1,
+        pre_dispatch=JOBS_AHEAD * n_workers,
+        return_as=return_as,
+    )
+
+    def calls() -> Iterator[Any]:
+        while queue.is_ready:
+            yield delayed(call)(queue.take())
+
+    return (answer for answer in parallel(islice(calls(), n_calls)))
 
 
 def _renew_workers() -> None:

@@ -56,6 +56,7 @@ _THREAD_LIMITS = (
     *(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")),
     *("VECLIB_MAXIMUM_THREADS", "LOKY_MAX_CPU_COUNT"),
 )
+_ATTEMPTS = 2  # at a design whose process dies
 # Sets of idle workers that are kept. A set has a worker for each core, or the workers of the last
 # run if these are more.
 _KEPT = 2
@@ -107,11 +108,6 @@ class Job(NamedTuple):
     is_again: bool = False
     free: Any = None
 
-    def alone(self) -> Iterator[Job]:
-        """Yield a job for each design, to be sent again."""
-        for design in self.designs:
-            yield self._replace(designs=deque([design]), is_again=True)
-
 
 _IDLE: list[_Worker] = []  # the last ones at the end
 _BUSY: dict[_Worker, str] = {}  # those at work, each on a job of the run of this name
@@ -132,26 +128,26 @@ def evaluate(job: Job) -> Answer:
     environment = job.environment or environment_now(job.identity, threads=1)
     results: list[Result] = []
     versions: dict[str, bytes] = {}
-    n_at_loss = -1  # how many results there were when a process died
+    n_deaths = 0  # of processes at the design that follows the results
     while not _is_given_up(job.run):
-        n_before = len(results)
-        left = [*job.designs][n_before:]
+        left = [*job.designs][len(results) :]
         with _hired(environment, job.run) as worker:
             if not worker.begins(job, left):
                 continue
-            end = worker.finish(job, left, results)
-            if len(results) > n_before:
-                accept(versions, worker.versions)
+            new_results, end = worker.finish(job, left)
+        if new_results:
+            accept(versions, worker.versions)
+            results += new_results
+            n_deaths = 0
         if not isinstance(end, OSError):
             return results, end, versions
         if not isinstance(end, TimeoutError):
-            if n_at_loss != len(results):  # its design is tried once more
-                n_at_loss = len(results)
+            n_deaths += 1
+            if n_deaths < _ATTEMPTS:
                 continue
-            end = OSError(f"its worker process died ({end}, 2 times)")
+            end = OSError(f"its worker process died ({end}, {n_deaths} times)")
         index, _ = job.designs[len(results)]
-        results.append((index, end, 0.0))
-        return results, None, versions
+        return [*results, (index, end, 0.0)], None, versions
     raise CancelledError
 
 
@@ -266,24 +262,24 @@ class _Worker:
         return True
 
     def finish(
-        self, job: Job, designs: Sequence[tuple[int, Any]], results: list[Result]
-    ) -> EvaluationError | OSError | None:
-        """Add the results of the first designs that it was sent.
+        self, job: Job, designs: Sequence[tuple[int, Any]]
+    ) -> tuple[list[Result], EvaluationError | OSError | None]:
+        """Return the results of the first designs that it was sent, and how it has ended.
 
         Returns:
-            What happened at the next one: its error, or the loss of the process; ``None`` if there
-            is no next one, or if it is left to others.
+            The results; and what happened at the next design: its error, or the loss of the
+            process; ``None`` if there is no next one, or if it is left to others.
         """
-        for _ in designs:
+        results: list[Result] = []
+        while len(results) < len(designs):
             answer = self.receive(job.timeout)
             if isinstance(answer, dict):
                 self.versions = answer
-                answer = self.receive(job.timeout)
-            if not isinstance(answer, tuple):
-                failure: EvaluationError | OSError | None = answer
-                return failure
-            results.append(answer)
-        return None
+            elif isinstance(answer, tuple):
+                results.append(answer)
+            else:
+                return results, answer
+        return results, None
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when its answer is read."""

@@ -1,9 +1,15 @@
 """Runners, and the queue of a run that they work on.
 
 Whatever this package evaluates, it puts into a :class:`Queue`: the designs of an algorithm, the
-points of a vectorised problem, or tasks. A :class:`Runner` takes jobs from the queue: some designs
-each, or a piece of the points. The queue knows what waits and what is under way, how long the last
-jobs took, and so how much the next one has.
+points of a vectorised problem, or tasks. From there to its result, a design
+
+1. waits (:meth:`Queue.add`) until the runner takes a job, some designs or a piece of the points;
+   the time that the last jobs took says how many (:meth:`Queue.take`);
+2. is under way in a worker of the runner (:meth:`Runner.results`);
+3. has values, which the reader gets (:meth:`Queue.results_of`, :meth:`Queue.wait`). A design that
+   raises ends the reading by an error. For one that is lost, as its process died or took too long,
+   the function may have values of its own; otherwise it also ends the reading;
+4. or waits again if its worker has left it to others (:meth:`Queue.take_back`).
 """
 
 from __future__ import annotations
@@ -15,6 +21,7 @@ import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing
+from itertools import islice
 from types import MappingProxyType
 from typing import Any, NoReturn
 
@@ -229,18 +236,23 @@ class Queue:
     def take(self) -> Waiting:
         """Take the designs of the next job, or the next piece of the points that wait."""
         size = self._size()
-        taken = deque(self.waiting[i] for i in range(min(size, len(self.waiting))))
         if self._in_pieces:
-            first, points = self.waiting[0]
-            taken = deque([(first, points.at(slice(0, size)))])
+            self._cut_first_piece(size)
+            size = 1
+        taken = deque(islice(self.waiting, size))
         # Only then removed, as the reader may look at the same time: joblib has threads of its own.
         self._under_way.update(taken)
         for _ in taken:
             self.waiting.popleft()
-        if self._in_pieces and len(points) > size:
-            rest = points.at(slice(size, None))
-            self.waiting.appendleft((int(rest.numbers[0]), rest))
         return taken
+
+    def _cut_first_piece(self, size: int) -> None:
+        """Let the rest of the first points that wait be the second ones."""
+        first, points = self.waiting[0]
+        if len(points) > size:
+            rest = points.at(slice(size, None))
+            self.waiting[0] = first, points.at(slice(0, size))
+            self.waiting.insert(1, (int(rest.numbers[0]), rest))
 
     def take_back(self, designs: Waiting) -> None:
         """Let designs of a job that are not evaluated wait for another one."""
