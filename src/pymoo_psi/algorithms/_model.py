@@ -30,6 +30,7 @@ from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     NO_OUTPUTS,
+    ProgramProblem,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -262,15 +263,14 @@ class Model:
         return has_run
 
     @property
-    def program(self) -> Any:
+    def program(self) -> ProgramProblem | None:
         """The problem that has the columns of the tests, and outputs that are expressions of them.
 
         It is ``None`` if there is none, such as within :class:`LogScaled`, or if the run has other
         names or directions, as the expressions mean the problem's own.
         """
         problem = within_same_columns(self.inner)
-        # The class is asked, as a wrapper of other columns has the attributes of its problem.
-        if hasattr(type(problem), "has_objectives_of"):
+        if isinstance(problem, ProgramProblem):
             has_variables = self.schema.variables == tuple(problem.variables)
             if has_variables and problem.has_objectives_of(self.schema):
                 return problem

@@ -267,7 +267,7 @@ class SurrogateSource(Source):
         """Whether a round is due, although points are being tested; it begins with all tests."""
         if not self.is_asynchronous or self.n_left == 0:
             return False
-        return -self._n_free <= self._n_ahead  # workers start these while the round is made
+        return self._n_waiting <= self._n_ahead
 
     @property
     def n_left(self) -> int:
@@ -350,19 +350,19 @@ class SurrogateSource(Source):
         if self.is_asynchronous:
             # Enough for the free workers, for those that end before it is there, and while the
             # next round is being made.
-            return max(1, self._n_free + 2 * self._n_ahead)
+            return max(1, 2 * self._n_ahead - self._n_waiting)
         if n_eligible < _FEW_ELIGIBLE:
             return max(_FIRST_BATCH, self.executor.queue.runner.n_workers)
         return _BATCH
 
     @property
-    def _n_free(self) -> int:
-        """How many workers have no design; negative while designs wait for workers."""
-        return self.executor.queue.runner.n_workers - self.executor.queue.n_pending
+    def _n_waiting(self) -> int:
+        """How many designs wait for workers; negative while workers have none."""
+        return self.executor.queue.n_pending - self.executor.queue.runner.n_workers
 
     @property
     def _n_ahead(self) -> int:
-        """How many designs wait for workers that end while a round is being made."""
+        """How many designs have to wait: workers take them while a round is being made."""
         return max(1, self.executor.queue.runner.n_workers // 4)
 
     def _table(self) -> TestTable:
