@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.termination import TerminateIfAny, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
@@ -25,16 +24,14 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
-    Designs,
-    Numbers,
     Received,
-    Values,
     instance,
     integer,
     invalid,
     known_name,
 )
 from pymoo_psi.algorithms._executor import kept_rows, needed_tests
+from pymoo_psi.algorithms._individuals import assign_tests, individuals_of, tests_of
 from pymoo_psi.algorithms._run import Run, by_number, progress_bar, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._sources import (
     SETTINGS,
@@ -49,7 +46,6 @@ from pymoo_psi.analysis import averaged_repeats
 from pymoo_psi.parallel import Runner, runner_of_jobs
 from pymoo_psi.problems import (
     FailureTolerant,
-    columns_of_values,
     design_space,
     require_known_keywords,
     require_problem,
@@ -99,7 +95,7 @@ class PointAlgorithm(WithTable, Algorithm):
         self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
         self._most_evaluations = math.inf
         self._begun: Run | None = None
-        self._n_passed = 0  # points of the last block if none of them needed an evaluation
+        self._is_free = False  # whether the last block needed no evaluation
         self._block_sizes: list[int] = []  # the number of tests of each iteration
         # the individuals of the first tests; others are made when pymoo's tools read them
         self._population = Population.empty()
@@ -171,32 +167,30 @@ class PointAlgorithm(WithTable, Algorithm):
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             received = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", received, "make another")
+        known = ("verbose", "progress", "pf")  # pf: only pymoo's examples give it
+        require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         required = with_requirements(untolerant(problem), self.options.requirements)
         if isinstance(problem, FailureTolerant):  # individuals have its constraints
             required = FailureTolerant(required, failed_as=problem.failed_as)
-        problem = required
-        known = ("verbose", "progress", "pf")  # pf: only pymoo's examples give it
-        require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._may_end_early = termination is not None
         if isinstance(termination, MaximumFunctionCallTermination):
-            self._most_evaluations = termination.n_max_evals
-            if self._is_each_point_evaluated(problem):
-                budget = termination.n_max_evals * self.options.part.of
-                self.n_points = min(self.n_points, max(1, budget))
+            self._limit_evaluations(required, termination.n_max_evals)
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
         if self._may_end_early:
             ends.append(termination)
         kwargs["termination"] = TerminateIfAny(*ends)
-        super().setup(problem, **kwargs)
+        super().setup(required, **kwargs)
         return self
 
-    def _is_each_point_evaluated(self, problem: Any) -> bool:
-        """Whether no point is known to a study, outside requirements, or perhaps a repeat."""
-        if self.options.study is not None or requirement_texts(problem):
-            return False
-        return getattr(problem, "noisy", False) or not design_space(problem).finite
+    def _limit_evaluations(self, problem: Any, count: int) -> None:
+        """Evaluate at most ``count`` designs; test no more points, if each is evaluated."""
+        self._most_evaluations = count
+        is_noisy = getattr(problem, "noisy", False)
+        recurs = design_space(problem).finite and not is_noisy
+        if self.options.study is None and not requirement_texts(problem) and not recurs:
+            self.n_points = min(self.n_points, max(1, count * self.options.part.of))
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.
@@ -213,20 +207,14 @@ class PointAlgorithm(WithTable, Algorithm):
         """Test the next block; meanwhile no other process can test it for the same study."""
         if self._run.n_left == 0:
             return
-        evaluator = self.evaluator
-        if type(evaluator) not in (Evaluator, _Evaluator) or evaluator.callback is not None:
-            rule = "pymoo's own without a callback, as the run evaluates by itself"
-            remedy = "give the problem or the algorithm a callback, or ask and tell"
-            raise invalid("evaluator", rule, Received(type(evaluator).__name__), remedy)
+        self._require_own_evaluator()
         if not self.is_initialized:
             self._initialize()
         run = self._run
         n_before = run.n_called
         tests = run.block(self._size_of_block())
         n_called = run.n_called - n_before
-        self._n_passed = 0
-        if n_called == 0:
-            self._n_passed = len(tests)
+        self._is_free = n_called == 0
         self.evaluator.n_eval += n_called
         self._add(tests)
         self.is_initialized = True
@@ -241,6 +229,14 @@ class PointAlgorithm(WithTable, Algorithm):
             run.close()
             raise
 
+    def _require_own_evaluator(self) -> None:
+        """Refuse an evaluator of a user, which would not be called."""
+        evaluator = self.evaluator
+        if type(evaluator) not in (Evaluator, _Evaluator) or evaluator.callback is not None:
+            rule = "pymoo's own without a callback, as the run evaluates by itself"
+            remedy = "give the problem or the algorithm a callback, or ask and tell"
+            raise invalid("evaluator", rule, Received(type(evaluator).__name__), remedy)
+
     @property
     def _block_size(self) -> int | None:
         """The size of a block; ``None`` for a round, which has the size that it has."""
@@ -253,8 +249,10 @@ class PointAlgorithm(WithTable, Algorithm):
         """
         if self._block_size is None:
             return None
-        left = max(1, self._most_evaluations - self.evaluator.n_eval)
-        return int(min(self._block_size, max(left, 2 * self._n_passed)))
+        size = max(1, self._most_evaluations - self.evaluator.n_eval)
+        if self._is_free:
+            size = max(size, 2 * self._block_sizes[-1])
+        return int(min(self._block_size, size))
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
@@ -272,14 +270,14 @@ class PointAlgorithm(WithTable, Algorithm):
         points = self._run.next_points(self._block_size)
         if len(points) == 0:
             return None
-        X = points.matrix(self._run.model.space)
-        return self._individuals(points.numbers, X, self._run.known(points))
+        return self._individuals(points, self._run.known(points))
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
         """Add a block that a user has evaluated."""
         if infills is None:
             return False
-        tests = self._tests_of(infills)
+        points = self._run.next_points(self._block_size).at(slice(0, len(infills)))
+        tests = tests_of(infills, points, self._run.model)
         violation = self._run.model.total_violation(tests)
         infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
         # The block is not in the table yet, from which ``pop`` is made.
@@ -298,69 +296,11 @@ class PointAlgorithm(WithTable, Algorithm):
         if self._run.n_left == 0:
             self.termination.terminate()
 
-    def _tests_of(self, infills: Population) -> TestTable:
-        """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        points = self._run.next_points(self._block_size).at(slice(0, len(infills)))
-        numbers = infills.get("test_point")
-        if not np.array_equal(numbers, points.numbers):
-            rule = f"the next test points in their order, {points.numbers.tolist()}"
-            raise invalid("infills", rule, Received(str(numbers.tolist())))
-        values = [*map(self._values_of_individual, infills)]
-        X = self._run.model.space.to_matrix(infills.get("X"))
-        return self._run.model.tests(replace(points, designs=X), values)
-
-    def _values_of_individual(self, individual: Individual) -> Values:
-        """Return the values of an individual, which must be evaluated."""
-        problem = self._run.model.inner
-        values = {"failure": individual.get("failure")}
-        sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
-        for name, size in sizes.items():
-            # constraints of requirements and failures may follow those of the model
-            values[name] = individual.get(name)[:size]
-            if len(values[name]) != size:
-                rule = f"evaluated, with {name} of shape {(size,)} for each"
-                raise invalid("infills", rule, Received(f"shape {np.shape(values[name])}"))
-        for name in individual.data.get("outputs", ()):
-            values[name] = individual.data[name]
-        if np.isfinite(individual.F).all():
-            self._run.model.require_outputs(values)
-        return values
-
-    def _individuals(self, numbers: Numbers, X: Designs, tests: TestTable) -> Population:
-        """Return individuals of points, with the values of those that are tested."""
-        values_by_number = self._values(tests)
-        config = Individual.default_config()  # one for all, which takes less time
-        individuals = []
-        for number, x in zip(
-            numbers.tolist(), self._run.model.space.designs(X.copy()), strict=True
-        ):
-            individual = Individual(config)
-            individual.X = x
-            if number in values_by_number:
-                _evaluate(individual, values_by_number[number])
-            individual.data["test_point"] = number
-            individuals.append(individual)
-        return Population.create(*individuals)
-
-    def _values(self, tests: TestTable) -> dict[int, Values]:
-        """Return the values of tests for pymoo, by name, by their numbers."""
-        model = self._run.model
-        values_of_tests = model.values(tests)
-        if isinstance(self.problem, FailureTolerant):  # failed ones have other values for pymoo
-            out = columns_of_values(model.problem, values_of_tests)
-            # Further outputs may have names that pymoo's individuals cannot have.
-            out = {name: out[name] for name in ("F", "G", "H", "failure")}
-            X = model.space.designs(tests.X.copy())
-            out = dict(self.problem.tolerated(X, out, ["F", "G", "H"]))
-            for values, F, G in zip(values_of_tests, out["F"], out["G"], strict=True):
-                values |= {"F": F, "G": G}
-        violation = model.total_violation(tests)[:, None]
-        numbers = tests.numbers.tolist()
-        for number, cv, values in zip(numbers, violation, values_of_tests, strict=True):
-            values["CV"] = cv
-            values["failure"] = tests.reasons.get(number, "")
-            values["outputs"] = tests.schema.outputs
-        return dict(zip(numbers, values_of_tests, strict=True))
+    def _individuals(self, points: Points, tests: TestTable) -> Population:
+        """Return individuals of points, of which those that have tests are evaluated."""
+        individuals = individuals_of(points, self._run.model)
+        assign_tests(individuals, tests, self._run.model, self.problem)
+        return individuals
 
     # What pymoo's tools read: individuals, made from the table when they are first asked for.
     # pymoo also assigns these attributes, which changes nothing.
@@ -373,7 +313,7 @@ class PointAlgorithm(WithTable, Algorithm):
         n_known = len(self._population)
         if n_known < self.n_tested:
             tests = self._tests.take(np.arange(n_known, self.n_tested))
-            block = self._individuals(tests.numbers, tests.X, tests)
+            block = self._individuals(Points(tests.numbers, 0, designs=tests.X), tests)
             iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)
             for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
@@ -428,18 +368,8 @@ class _Evaluator(Evaluator):
         for block in blocks:
             if not block.is_called:
                 self.n_eval -= len(block.numbers)
-        values_by_number = self.algorithm._values(by_number([block.tests for block in blocks]))
-        for number, individual in zip(numbers.tolist(), pop, strict=True):
-            _evaluate(individual, values_by_number[number])
-
-
-def _evaluate(individual: Individual, values: Values) -> None:
-    """Give an individual the values of its test, so that pymoo does not evaluate it."""
-    for name in ("F", "G", "H", "CV"):
-        setattr(individual, name, values.pop(name))
-    # `set` takes twice as long, and would take an output named f, x or data for an attribute
-    individual.data |= values
-    individual.evaluated.update("FGH")
+        tests = by_number([block.tests for block in blocks])
+        assign_tests(pop, tests, model, self.algorithm.problem)
 
 
 class _PointsTested(Termination):
@@ -667,7 +597,7 @@ def investigate(
         block_size=block_size,
         **options,
     )
-    tested = partial(_tests_of, keep=needed, progress=progress)
+    tested = partial(_kept_tests, keep=needed, progress=progress)
     run, table = repeated_tests(tested, problem, n_points, run_options)
     model = run.model
     if is_noisy:
@@ -678,7 +608,7 @@ def investigate(
     return table.take(kept_rows(table, keep))
 
 
-def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
+def _kept_tests(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
