@@ -49,25 +49,33 @@ RowsByLine: TypeAlias = dict[int, list[Any]]
 
 _LONGEST = 100  # the most characters in which something like a number is searched
 
-# What a cell may be, in the order of the rules above.
-_BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
-# Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
-_ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
-# Numbers with a decimal point; with a decimal comma, both marks are swapped before.
-_DIGITS = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?"
-# The same gap divides all groups of a number; nobody groups digits in front of an exponent.
-_GROUPS = (
-    r"[1-9][0-9]{0,2}(?P<gap>[, \u00a0\u2009\u202f'’])[0-9]{3}(?:(?P=gap)[0-9]{3})*(?:\.[0-9]*)?"
+# Nothing, words for it, and errors of spreadsheets in any language, such as #DIV/0! and #WERT!, or
+# cells too wide to show.
+_BLANK = re.compile(
+    r"|nan|n/?a|<na>|null|none|k\. ?a\.|--?|[–—?]|#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE
 )
-# Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
-_FORTRAN = (
-    r"(?:[0-9]+d[+-]|(?:[0-9]+\.[0-9]*|\.[0-9]+)d[+-]?)[0-9]+"
-    r"|(?:0?\.[0-9]+|[1-9]\.[0-9]{3,})[+-][123][0-9]{2}"
+# The forms of a number without its sign, with a decimal point, and by what a part of the form is
+# replaced to be read. With a decimal comma, both marks are swapped before.
+_FORMS = {
+    "plain": (r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?", None, ""),
+    "infinite": (r"inf(?:inity)?", None, ""),
+    # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
+    "grouped": (
+        r"[1-9][0-9]{0,2}(?P<gap>[, \u00a0\u2009\u202f'’])[0-9]{3}(?:(?P=gap)[0-9]{3})*"
+        r"(?:\.[0-9]*)?",
+        r"[^0-9.+-]",
+        "",
+    ),
+    # Fortran writes 1D+03 and 1.5D3, and 0.12+103 for an exponent of three digits.
+    "Fortran": (r"(?:[0-9]+d[+-]|(?:[0-9]+\.[0-9]*|\.[0-9]+)d[+-]?)[0-9]+", "[dD]", "e"),
+    "long": (r"(?:0?\.[0-9]+|[1-9]\.[0-9]{3,})[+-][123][0-9]{2}", "(?<=[0-9])(?=[+-])", "e"),
+}
+_NUMBER = re.compile(
+    "[+-]?(?:" + "|".join(f"(?P<{form}>{text})" for form, (text, *_) in _FORMS.items()) + ")",
+    re.IGNORECASE,
 )
-_NUMBER = re.compile(rf"[+-]?(?:{_GROUPS}|{_DIGITS}|{_FORTRAN}|inf|infinity)", re.IGNORECASE)
 # Signs of plain numbers with a decimal point, one on each line.
 _PLAIN = re.compile(r"(?:[0-9.e+\-]+(?:\n|\Z))*", re.IGNORECASE)
-_EXPONENT = re.compile(r"[dD](?=[+-]?[0-9])|(?<=[0-9])(?=[+-])")  # as Fortran writes it
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
 SWAPPED = str.maketrans(".,", ",.")
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
@@ -358,8 +366,7 @@ def is_blank(cell: Any) -> bool:
     """Say whether a cell holds nothing, a word for it, or an error of a spreadsheet."""
     if not isinstance(cell, str):
         return cell is None or cell != cell
-    text = cell.strip()
-    return text.lower().replace(". ", ".") in _BLANKS or _ERROR.fullmatch(text) is not None
+    return _BLANK.fullmatch(cell.strip()) is not None
 
 
 def is_number(cell: Any) -> bool:
@@ -456,8 +463,10 @@ def _number(cell: Any, mark: str) -> float | None:
     """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
     if isinstance(cell, str):
         text = cell.translate(SWAPPED) if mark == "," else cell
-        if _NUMBER.fullmatch(text):
-            return float(_EXPONENT.sub("e", re.sub(r"[^\w+.-]", "", text)))
+        match = _NUMBER.fullmatch(text)
+        if match is not None:
+            _, part, replacement = _FORMS[str(match.lastgroup)]
+            return float(re.sub(part, replacement, text) if part else text)
     elif isinstance(cell, (int, float)) and not isinstance(cell, bool):
         return float(str(cell))  # infinite for an integer beyond float64
     if is_blank(cell):
@@ -482,34 +491,30 @@ def _read(
         separator: The mark between the cells of a text.
     """
     mark, *_ = readings
-    *_, last = readings.values()
-    numbers = readings[mark]
-    rows = np.flatnonzero(~np.isnan(numbers))
-    if len(rows) == 0:
-        return column
-    texts = [text.strip() for row in rows if isinstance(text := column.cells[row], str)]
+    *_, others = readings.values()
+    is_number = ~np.isnan(readings[mark])
+    texts = [cell.strip() for cell in compress(column.cells, is_number) if isinstance(cell, str)]
     if "%" not in column.name and "".join(texts[:1]).endswith("%"):
         column = column._replace(unit="%")
-    differs = numbers[rows] != last[rows]
-    if not differs.any():
-        if any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts)):
-            return column._replace(codes=numbers)
-        return column._replace(numbers=numbers, decimal=mark)
-    # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
-    # if all certain columns agree, or else if a program printed the numbers.
-    row = rows[differs.argmax()]
-    decimal, other = ".,"
-    if "." not in column.cells[row]:
-        decimal, other = ",."
-    is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
-    if certain == {decimal} or (is_printed and not certain):
-        return column._replace(numbers=readings[decimal], decimal=decimal)
-    either = f"{readings[other][row]:.15g} or {readings[decimal][row]:.15g}"
-    marks = dict.fromkeys(argument("decimal", mark) for mark in (other, decimal))
-    return column._replace(
-        problem=f"{cells.place(column.name, row)}, either {either}",
-        remedy=f"state the decimal mark by {' or '.join(marks)}",
-    )
+    is_unclear = is_number & (readings[mark] != others)
+    if is_unclear.any():
+        row = int(is_unclear.argmax())
+        # Such a number has one mark. It is the decimal mark if it is in all certain columns, or if
+        # there are none and a program printed the numbers.
+        mark, other = ".," if "." in column.cells[row] else ",."
+        is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
+        if certain != {mark} and (certain or not is_printed):
+            either = f"{readings[other][row]:.15g} or {readings[mark][row]:.15g}"
+            options = dict.fromkeys(argument("decimal", decimal) for decimal in (other, mark))
+            return column._replace(
+                problem=f"{cells.place(column.name, row)}, either {either}",
+                remedy=f"state the decimal mark by {' or '.join(options)}",
+            )
+    if any(map(_CODE.fullmatch, texts)) and all(map(str.isdecimal, texts)):
+        return column._replace(codes=readings[mark])
+    if not is_number.any():
+        return column
+    return column._replace(numbers=readings[mark], decimal=mark)
 
 
 def _checked_texts(column: TextColumn, cells: Cells, marks: str) -> TextColumn:
@@ -573,9 +578,10 @@ def require_designs(
         names = [str(cell).strip() for cell in column.cells]
         for row, name in enumerate(names):
             is_computed = _SUM.fullmatch(name) is not None
-            if column is not naming:  # it may be the name of a supplier
-                is_computed = is_computed and _is_subtotal(numbers, row)
-            elif row in (0, last) and names.count(name) == 1:
+            if is_computed and column is not naming:  # it may be the name of a supplier
+                parts = [part for part in numbers if math.isfinite(part[row] or np.nan)]
+                is_computed = bool(_are_sums(parts, row)[2:].any())
+            elif column is naming and row in (0, last) and names.count(name) == 1:
                 # Names that recur, or stand between others, are those of levels.
                 is_computed = is_computed or _STATISTIC.fullmatch(name) is not None
             if is_computed:
@@ -584,7 +590,7 @@ def require_designs(
                     f"{cells.without(row)}, or rename it if it is a design",
                 )
     may_be_sum = last > 2 or (last == 2 and is_blank(naming.cells[last]))
-    if may_be_sum and numbers and all(_is_sum(column, last) for column in numbers):
+    if may_be_sum and _are_sums(numbers, last)[-1]:
         raise UnfitError(
             f"{cells.where(last)} is the sum of all others",
             f"{cells.without(last)}, or put it above another row if it is a design",
@@ -592,20 +598,15 @@ def require_designs(
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _is_subtotal(columns: Collection[Array], row: int) -> bool:
-    """Say whether all numbers of a row, if not 0, are sums of the same two rows or more above."""
-    parts = [numbers[row::-1] for numbers in columns if math.isfinite(numbers[row] or np.nan)]
-    if not parts:
-        return False
-    terms = np.nan_to_num(np.array(parts))
-    sums = np.cumsum(terms[:, 1:], axis=1)
-    rounding = 1e-9 * np.cumsum(np.abs(terms[:, 1:]), axis=1)
-    are_sums = np.abs(sums - terms[:, :1]) <= rounding
-    return bool(np.all(are_sums[:, 1:], axis=0).any())
+def _are_sums(columns: Collection[Array], row: int) -> Mask:
+    """``(row + 1,)`` whether the numbers of a row, some not 0, are sums of the 0, 1, … rows above.
 
-
-def _is_sum(numbers: Array, row: int) -> bool:
-    """Say whether a number is the sum of all above it, which are not all 0."""
-    above = list(filter(math.isfinite, numbers[:row].tolist()))  # no overflow with a warning
-    rounding = 1e-9 * sum(map(abs, above))  # deviations may add up to 1e-16 for 0
-    return any(above) and bool(abs(sum(above) - numbers[row]) <= rounding)
+    Args:
+        columns: ``(n,)`` numbers of each column; one that is NaN counts as 0.
+        row: The row.
+    """
+    terms = np.nan_to_num([numbers[row::-1] for numbers in columns]).reshape(-1, row + 1)
+    terms[:, 0] *= -1
+    rounding = 1e-9 * np.cumsum(np.abs(terms), axis=1)  # deviations may add up to 1e-16 for 0
+    are_sums = np.abs(np.cumsum(terms, axis=1)) <= rounding
+    return np.asarray(are_sums.all(axis=0) & terms.any())
