@@ -18,6 +18,7 @@ from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
+from jinja2 import pass_context, runtime
 
 from pymoo_psi import plots
 from pymoo_psi._numbers import number, percent, percents
@@ -550,12 +551,13 @@ def verdict(table: TestTable) -> str:
 # How texts, tables and figures are shown
 
 
-def printable(value: Any, units: Iterable[str]) -> Any:
+@pass_context
+def printable(report: runtime.Context, value: Any) -> Any:
     """Return a text without control characters, in which units and % stay with their numbers."""
     if not isinstance(value, str) or hasattr(value, "__html__"):
         return value
     text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
-    words = "|".join(map(re.escape, ["%", *units]))
+    words = "|".join(map(re.escape, ["%", *report["data"].schema.units.values()]))
     return re.sub(rf"(?<=\d) (?=({words})(?!\w))", "\N{NO-BREAK SPACE}", text)
 
 

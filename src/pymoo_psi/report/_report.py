@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache
 from typing import Any
 
-from jinja2 import Environment, PackageLoader
+from jinja2 import Environment, PackageLoader, Template
 
 from pymoo_psi import __version__, analysis, pareto, plots
 from pymoo_psi._numbers import number
@@ -71,19 +71,10 @@ class DecisionReport(Document):
             >>> "<script" in decision_report(table, title="A < B").html()
             False
         """
-        table = self._table
-        environment = Environment(
-            loader=PackageLoader("pymoo_psi.report", ""),
-            autoescape=True,
-            finalize=partial(_contents.printable, units=table.schema.units.values()),
-            trim_blocks=True,
-            lstrip_blocks=True,
-        )
-        environment.filters |= {"grid": _contents.grid, "image": _contents.image}
-        return environment.get_template("report.html").render(
+        return _template().render(
             report=self,
             fonts=fonts(),
-            data=table,
+            data=self._table,
             contents=_contents,
             choice=self._choice,
             analysis=analysis,
@@ -93,6 +84,20 @@ class DecisionReport(Document):
             number=number,
             plots=plots,
         )
+
+
+@cache
+def _template() -> Template:
+    """Return the template of a report, which takes longer to compile than to fill."""
+    environment = Environment(
+        loader=PackageLoader("pymoo_psi.report", ""),
+        autoescape=True,
+        finalize=_contents.printable,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"grid": _contents.grid, "image": _contents.image}
+    return environment.get_template("report.html")
 
 
 def decision_report(
