@@ -16,6 +16,7 @@ import os
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import source_hash
 from pathlib import Path
@@ -98,19 +99,21 @@ def require_unchanged(model: Any) -> None:
         file = getattr(sys.modules.get(name), "__file__", None) or ""
         if name not in current or not os.path.isfile(file):
             continue
-        if version_of(file) != current[name]:
+        source = Path(file).read_bytes()
+        if source_hash(source) != current[name]:
             raise _changed(name)
-        words = _names_in(file)
+        words = _names_in(source)
         for other in current:
             if other.rpartition(".")[2] in words and other not in names:
                 names.append(other)
 
 
-def _names_in(file: str) -> set[str]:
+@cache
+def _names_in(source: bytes) -> set[str]:
     """Return the names in the code of a module, and texts that may be names of modules."""
     names: set[str] = set()
     with suppress(SyntaxError, ValueError):  # it is no source
-        for node in ast.walk(ast.parse(Path(file).read_bytes())):
+        for node in ast.walk(ast.parse(source)):
             for field in ("id", "attr", "name", "module", "value"):
                 name = getattr(node, field, None)
                 if isinstance(name, str):
