@@ -69,63 +69,16 @@ from pymoo_psi.table import Schema, TestTable
 if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
 
-
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
-_MANY = 15  # lines; more of them are fainter and overlap as a density
-_MOST = 500  # and from here on the others are drawn as their density
-_LEVELS = 40  # between two rows where lines are counted
-_BINS = 60  # along a row
-_DENSE = 0.98  # quantile of it from which on it is equally dark
-_BLACK = 3.5  # times this it would be black
-_BEYOND = -0.5  # place up to which an axis reaches for a marked design
-_NEAR = 10  # places up to which lines are darker
-_NEAREST = 3  # the same of few lines, or in a narrow figure; these have names
-_PAIRS = 4  # pairs of objectives, in two columns
-_ROW = 9.5  # height of a row in mm
-_LOW_ROW = 7.0  # and of one among many
-_FEW = 12  # rows of full height
-_ABOVE = 10.2  # above the first row in mm, for the head
-_PADS = 4.0  # above and below the axes in mm
-_FIRST = 5.2  # from a row to the nearest name in mm
-_LEVEL = 3.3  # and from one name to the next
-_POLE = 3.0  # points from a pole to its name
-_NAME = 26  # letters of the name of a row or a line
-_LIFT = 16.0  # points from the first row to the head
-_APART = 8.0  # points from the axes to texts
-_LINE = 9.5  # points from a line of text to the one above
-_BELOW = -5.0  # points from a row to the lower line beside it
-_GROUND: Style = {"facecolor": "white", "linewidth": 0, "pad": 0}  # of a text over lines
-_LEFT = ("axes fraction", "data")  # coordinates of the names of rows
-_SHADES = ("0.25", "0.65")  # of the lines of the nearest and the other designs
-# A text beside a row.
-_BESIDE_ROW: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
-# A name beside a line.
-_FLAG: Style = {"va": "center", "ha": "center", "in_layout": False}
-# The line of the marked design in parallel coordinates, and of the optimum, if it is another.
-_SOLID: Style = {
-    "path_effects": [withStroke(linewidth=3.2, foreground="white")],
-    "color": ACCENT,
-    "linewidth": 2.0,
-    "linestyle": "-",
-    "markersize": 5.5,
-}
-_DASHED: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
-
 _PANELS = 3  # panels side by side
-# Indicators with their labels, whose arrows say where better values are.
-_INDICATORS = {
-    "hypervolume": "↑ hypervolume of all designs as a share of the box",
-    "igd_plus": "↓ IGD+ in units of N − U",
-    "epsilon": "↓ additive epsilon in units of N − U",
-    "optimum_distance": "↓ optimum distance in units of N − U",
-}
-# How the stairs of a histogram are drawn.
-_ALL: Style = {"fill": True, "color": "0.9"}
-_WITHIN: Style = {"fill": True, "color": "0.7"}
-_OPTIMAL: Style = {"edgecolor": ACCENT, "linewidth": 1.2}
 
 
 # Histograms, and objectives against variables
+
+# How the stairs of a histogram are drawn.
+_TESTED: Style = {"fill": True, "color": "0.9"}
+_WITHIN: Style = {"fill": True, "color": "0.7"}
+_OPTIMAL: Style = {"edgecolor": ACCENT, "linewidth": 1.2}
 
 
 def plot_table(
@@ -212,7 +165,7 @@ def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
         set_log(axes, "x", table.decimal)
     feasible = table.feasible()
     words = within_limits(table).strip() or "not failed"
-    tested = (len(table), "in all", bars.tested, _ALL)
+    tested = (len(table), "in all", bars.tested, _TESTED)
     within = (feasible.sum(), words, bars.feasible, _WITHIN)
     optimal = (table.pareto()[table.ranked_as].sum(), PARETO, bars.pareto, _OPTIMAL)
     groups = [tested, within, optimal]
@@ -234,6 +187,8 @@ def _outside(histograms: Sequence[Histogram]) -> str:
 
 
 # Objectives in pairs
+
+_PAIRS = 4  # pairs of objectives, in two columns
 
 
 def plot_objectives(
@@ -311,6 +266,28 @@ def plot_objectives(
 
 # Parallel coordinates
 
+_DARK_PLACES = 10  # places up to which lines are darker
+_FEW_PLACES = 3  # the same of few lines or in a narrow figure, and of many the places with names
+_MOST_LINES = 500  # more fainter lines than these are drawn as their density
+_SOLID_LINES = 15  # more lines than these are fainter, so that their density shows
+_SHADES = ("0.25", "0.65")  # of the darker and the fainter lines
+# The line of the marked design in parallel coordinates, and of the optimum, if it is another.
+_MARKED_STYLE: Style = {
+    "path_effects": [withStroke(linewidth=3.2, foreground="white")],
+    "color": ACCENT,
+    "linewidth": 2.0,
+    "linestyle": "-",
+    "markersize": 5.5,
+}
+_PROPOSED_STYLE: Style = {"color": INK, "linewidth": 1.2, "linestyle": "--", "markersize": 5.5}
+_WORST_PLACE = -0.5  # place up to which an axis reaches for a marked design
+_ROW_HEIGHT = 9.5  # mm
+_LOW_ROW_HEIGHT = 7.0  # mm, of more rows than _HIGH_ROWS
+_HIGH_ROWS = 12
+_HEAD_HEIGHT = 10.2  # mm above the first row
+_PADS_HEIGHT = 4.0  # mm above and below the axes
+_LETTERS = 26  # letters of the name of a row or a line
+
 
 def plot_ranking(
     ranking: Any,
@@ -357,9 +334,9 @@ def plot_ranking(
     marked = best
     if row is not None:
         marked = ranked_row("row", row, source, ranking)
-    marks = {marked: ("marked", _SOLID), best: ("proposed", _DASHED)}
+    marks = {marked: ("marked", _MARKED_STYLE), best: ("proposed", _PROPOSED_STYLE)}
     if marked == best:
-        marks = {best: ("proposed", _SOLID)}
+        marks = {best: ("proposed", _MARKED_STYLE)}
     front = ranking.by_place[: ranking.pareto.sum()]
     n_named, n_near = _lines_to_tell_apart(len(front), width)
     named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
@@ -369,9 +346,9 @@ def plot_ranking(
     places = np.minimum(np.column_stack(rows), 1.0)
     # Rows reach beyond the range for designs worse than a fixed one, and for a marked design; but a
     # far worse one has an arrow at the edge, as the others need the room.
-    edge = min(0.0, places[front].min(), max(_BEYOND, places[[*marks]].min()))
+    edge = min(0.0, places[front].min(), max(_WORST_PLACE, places[[*marks]].min()))
     n = len(ranking.objectives.names)
-    with new_figure(60 + n * _ROW, width) as figure:  # its height follows from the names
+    with new_figure(60 + n * _ROW_HEIGHT, width) as figure:  # its height follows from the names
         ax = figure.add_subplot()
         ax.set(xlim=(edge, 1))
         ax.axis("off")
@@ -399,10 +376,10 @@ def _lines_to_tell_apart(n: int, width: float) -> tuple[int, int]:
         width: Width of the figure in mm.
     """
     if n <= NAMED:
-        return NAMED, _NEAREST
+        return NAMED, _FEW_PLACES
     if width < NARROW:
-        return _NEAREST, _NEAREST
-    return _NEAREST, _NEAR
+        return _FEW_PLACES, _FEW_PLACES
+    return _FEW_PLACES, _DARK_PLACES
 
 
 def _ranking_in_words(ranking: EfficiencyRanking, is_log: Sequence[bool]) -> Iterator[str]:
@@ -449,6 +426,16 @@ def places_in_row(
     return (points - worst) / (best - worst), is_log
 
 
+_HEAD_LIFT = 16.0  # points from the first row to the head
+_ROW_LIFT = -5.0  # points from a row to the lower line beside it
+_LINE_HEIGHT = 9.5  # points from a line of text to the one above
+_TEXT_GAP = 8.0  # points from the axes to texts
+_BESIDE_AXES = ("axes fraction", "data")  # coordinates of the names of rows
+_GROUND: Style = {"facecolor": "white", "linewidth": 0, "pad": 0}  # of a text over lines
+# A text beside a row.
+_BESIDE_ROW: Style = BESIDE | {"color": "0.3", "va": "center", "ha": "right", "fontsize": 7}
+
+
 def _draw_rows(
     ax: Axes, ranking: EfficiencyRanking, is_log: Sequence[bool], row: int, word: str
 ) -> None:
@@ -462,10 +449,10 @@ def _draw_rows(
         word: What stands above its values; empty if they are not written.
     """
     objectives = ranking.objectives
-    _write_row(ax, 0, _LIFT, ("", "worst", "best", word))
+    _write_row(ax, 0, _HEAD_LIFT, ("", "worst", "best", word))
     for j, (name, column) in enumerate(zip(objectives.names, objectives.values.T, strict=True)):
         ends = (ranking.nadir[j], ranking.ideal[j])
-        heading = literal(with_unit(str(name), objectives.units.get(name, "")), _NAME)
+        heading = literal(with_unit(str(name), objectives.units.get(name, "")), _LETTERS)
         ax.axhline(j, color="0.8", linewidth=0.6, zorder=0)
         if is_log[j]:
             heading += ", log"
@@ -474,8 +461,8 @@ def _draw_rows(
         worst, best, value = [raised(written(value)) for value in (*ends, column[row])]
         if not word:
             value = ""
-        _write_row(ax, j, _BELOW, (heading, worst, best, value))
-    ax.annotate("better →", (0.5, 0), (0, _LIFT), **_BESIDE_ROW | {"ha": "center"})
+        _write_row(ax, j, _ROW_LIFT, (heading, worst, best, value))
+    ax.annotate("better →", (0.5, 0), (0, _HEAD_LIFT), **_BESIDE_ROW | {"ha": "center"})
     if ax.get_xlim()[0] < 0:  # where the range begins
         ax.vlines(0, 0, len(is_log) - 1, color="0.8", linewidth=0.6, zorder=0)
 
@@ -489,50 +476,16 @@ def _write_row(ax: Axes, row: int, lift: float, texts: tuple[str, str, str, str]
         lift: From the row up to the lower line in points.
         texts: What stands on the left, above and below; what on the right, below and above.
     """
-    above = lift + _LINE
+    above = lift + _LINE_HEIGHT
     corners: list[tuple[int, float, Style]] = [
-        (0, above, {"fontweight": "bold", "color": INK, "xycoords": _LEFT}),
+        (0, above, {"fontweight": "bold", "color": INK, "xycoords": _BESIDE_AXES}),
         (0, lift, {"bbox": _GROUND}),  # lines may reach beyond a fixed range
         (1, lift, {"ha": "left"}),
         (1, above, {"ha": "left", "fontweight": "bold", "color": ACCENT}),
     ]
     for text, (end, height, style) in zip(texts, corners, strict=True):
-        aside = _APART * (2 * end - 1)
+        aside = _TEXT_GAP * (2 * end - 1)
         ax.annotate(text, (end, row), (aside, height), **_BESIDE_ROW | style)
-
-
-def _add_names(
-    ax: Axes,
-    ranking: EfficiencyRanking,
-    designs: Sequence[int],
-    n_near: int,
-    marks: Mapping[int, tuple[str, Style]],
-) -> list[tuple[Any, Any]]:
-    """Return the names of lines and the poles on which they stand, to be placed later."""
-    names = []
-    for design in designs:
-        place = ranking.place[design]
-        text = literal(ranking.name_of(design), _NAME)
-        if ranking.pareto[design]:
-            text = f"{place}. {text}"
-        else:
-            text += ", dominated"
-        looks: Style = {"color": "0.2" if place <= n_near else "0.45"}
-        if design in marks:
-            looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
-        name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG)
-        (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
-        names.append((name, pole))
-    return names
-
-
-def _places_in_words(places: Integers) -> str:
-    """Return places as a text; empty if there are none."""
-    if len(places) == 0:
-        return ""
-    if places.min() == places.max():
-        return f"place {places.min()}"
-    return f"places {places.min()} to {places.max()}"
 
 
 def _draw_mark(ax: Axes, places: Array, edge: float, label: str, style: Style) -> None:
@@ -575,43 +528,92 @@ def _draw_lines(
     groups: list[tuple[Mask, str, Style]] = [
         (is_near, label, {"color": dark, "linewidth": 0.8, "zorder": 2.1})
     ]
-    if 0 < n_others <= _MOST:
-        style: Style = {"color": faint, "linewidth": 0.5, "alpha": min(1.0, _MANY / n)}
+    if 0 < n_others <= _MOST_LINES:
+        style: Style = {"color": faint, "linewidth": 0.5, "alpha": min(1.0, _SOLID_LINES / n)}
         groups.append((~is_near, others, style))
     for rows, text, style in groups:
-        group = LineCollection(list(lines[rows]), rasterized=n > _MANY, clip_on=False, **style)
+        group = LineCollection(
+            list(lines[rows]), rasterized=n > _SOLID_LINES, clip_on=False, **style
+        )
         group.set_in_layout(False)
         ax.add_collection(group)
         ax.plot([], [], color=style["color"], label=text)
         if n <= NAMED:
             dots: Style = {"markersize": 2.8, "color": style["color"], "clip_on": False}
             ax.plot(places[rows].T, range(m), "o", **dots)
-    if n_others > _MOST:
+    if n_others > _MOST_LINES:
         _draw_density(ax, places[~is_near])
         ax.plot([], [], "s", color=faint, label=f"{others}, as a density")
+
+
+def _places_in_words(places: Integers) -> str:
+    """Return places as a text; empty if there are none."""
+    if len(places) == 0:
+        return ""
+    if places.min() == places.max():
+        return f"place {places.min()}"
+    return f"places {places.min()} to {places.max()}"
+
+
+_DENSITY_ROWS = 40  # levels between two rows, at each of which lines are counted
+_DENSITY_COLUMNS = 60  # intervals along a row
+_DENSEST = 0.98  # quantile of the counts from which on the density is equally dark
+_BLACK_AT = 3.5  # at so many times this count it would be black
 
 
 def _draw_density(ax: Axes, places: Array) -> None:
     """Draw how many of ``(n, m)`` designs have their line where, the darker the more."""
     m = places.shape[1]
-    margin = 2 / _BINS
+    margin = 2 / _DENSITY_COLUMNS
     ends = (min(0.0, places.min()) - margin, 1.0 + margin)
     counts = []
     for above, below in pairwise(places.T):
-        for share in (np.arange(_LEVELS) + 0.5) / _LEVELS:
+        for share in (np.arange(_DENSITY_ROWS) + 0.5) / _DENSITY_ROWS:
             across = (1 - share) * above + share * below
-            counts.append(np.histogram(across, _BINS, ends)[0])
-    dense = np.quantile(counts, _DENSE)
+            counts.append(np.histogram(across, _DENSITY_COLUMNS, ends)[0])
+    dense = np.quantile(counts, _DENSEST)
     ax.imshow(
         np.minimum(counts, dense),
         cmap="Greys",
-        norm=PowerNorm(0.5, 0, _BLACK * dense),
+        norm=PowerNorm(0.5, 0, _BLACK_AT * dense),
         extent=(*ends, m - 1, 0),
         aspect="auto",
         interpolation="gaussian",
         clip_on=False,
         zorder=-1,
     )
+
+
+_TO_NEAREST_NAME = 5.2  # mm from the last row to the nearest name
+_TO_NEXT_NAME = 3.3  # mm from one name to the next
+_POLE_GAP = 3.0  # points from a pole to its name
+# A name beside a line.
+_FLAG_STYLE: Style = {"va": "center", "ha": "center", "in_layout": False}
+
+
+def _add_names(
+    ax: Axes,
+    ranking: EfficiencyRanking,
+    designs: Sequence[int],
+    n_near: int,
+    marks: Mapping[int, tuple[str, Style]],
+) -> list[tuple[Any, Any]]:
+    """Return the names of lines and the poles on which they stand, to be placed later."""
+    names = []
+    for design in designs:
+        place = ranking.place[design]
+        text = literal(ranking.name_of(design), _LETTERS)
+        if ranking.pareto[design]:
+            text = f"{place}. {text}"
+        else:
+            text += ", dominated"
+        looks: Style = {"color": "0.2" if place <= n_near else "0.45"}
+        if design in marks:
+            looks = {"color": marks[design][1]["color"], "fontweight": "bold"}
+        name = ax.annotate(text, (0, 0), (0, 0), fontsize=7, **BESIDE | looks | _FLAG_STYLE)
+        (pole,) = ax.plot([], [], color=looks["color"], linewidth=0.5, clip_on=False)
+        names.append((name, pole))
+    return names
 
 
 def _name_lines(
@@ -631,24 +633,24 @@ def _name_lines(
     for artist in chain(*names):
         artist.set_visible(True)  # an invisible name has no size
     begin, end = ax.transData.inverted().transform([[0, 0], figure.bbox.size])[:, 0]
-    pads = 2 * _POLE * figure.dpi / 72
+    pads = 2 * _POLE_GAP * figure.dpi / 72
     pixels = np.array([extent(name).width + pads for name, _ in names])
     levels, is_right = _flags(places, pixels * (end - begin) / figure.bbox.width, begin, end)
     for artist in chain(*names[len(levels) :]):
         artist.set_visible(False)
-    height = _ROW
-    if n > _FEW:
-        height = _LOW_ROW
+    height = _ROW_HEIGHT
+    if n > _HIGH_ROWS:
+        height = _LOW_ROW_HEIGHT
     for (name, pole), x, level, right in zip(names, places, levels, is_right, strict=False):
-        y = n - 1 + (_FIRST + level * _LEVEL) / height
+        y = n - 1 + (_TO_NEAREST_NAME + level * _TO_NEXT_NAME) / height
         pole.set_data([x, x], [n - 1, y])
         name.xy = (x, y)
-        name.set(ha="left", position=(_POLE, 0))
+        name.set(ha="left", position=(_POLE_GAP, 0))
         if not right:
-            name.set(ha="right", position=(-_POLE, 0))
-    below = _FIRST + (levels.max(initial=0) + 1) * _LEVEL
-    ax.set_ylim(n - 1 + below / height, -_ABOVE / height)
-    total = _ABOVE + (n - 1) * height + below + _PADS
+            name.set(ha="right", position=(-_POLE_GAP, 0))
+    below = _TO_NEAREST_NAME + (levels.max(initial=0) + 1) * _TO_NEXT_NAME
+    ax.set_ylim(n - 1 + below / height, -_HEAD_HEIGHT / height)
+    total = _HEAD_HEIGHT + (n - 1) * height + below + _PADS_HEIGHT
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
 
 
@@ -687,7 +689,7 @@ def _flags(places: Array, widths: Array, begin: float, end: float) -> tuple[Arra
     return levels, is_right
 
 
-# Sensitivities
+# Sensitivities and sections
 
 
 def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawing:
@@ -797,6 +799,14 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
 
 
 # Comparisons of algorithms
+
+# Indicators with their labels, whose arrows say where better values are.
+_INDICATORS = {
+    "hypervolume": "↑ hypervolume of all designs as a share of the box",
+    "igd_plus": "↓ IGD+ in units of N − U",
+    "epsilon": "↓ additive epsilon in units of N − U",
+    "optimum_distance": "↓ optimum distance in units of N − U",
+}
 
 
 def plot_indicators(comparison: Comparison) -> Drawing:

@@ -45,81 +45,20 @@ for weight in ("regular", "bold"):
     fontManager.addfont(Path(__file__).with_name(f"inter-{weight}.ttf"))
 
 Style: TypeAlias = dict[str, Any]
-_Place: TypeAlias = tuple[float, Bbox, Line | None]
-"""The place of a name, its box and a line from afar; its cost is the distance in points, and more
-for what it would cover."""
-
 ACCENT = "#0B5CAD"
 INK = "#1A1A1A"
-# Colour-blind readers can tell them apart; most are those of Okabe and Ito. The lengths of the
-# three have no common factor, so that a style is repeated only after their product.
-_COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
-_LINE = 9.5  # points from one name to the next below
-_BESIDE = 5.0  # points from a point to its name
-_REACHES = (4.5, 8.0, 14.0, 20.0, 28.0, 40.0)  # points from a point to its name
-_NEAR = 10.0  # points from which on a line leads to the name
-# Where the box of a name is: its direction from the point, and which of its shares is there.
-_SIDES = np.array(
-    [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
-    + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
-    + [(right, up, (1 - right) / 2, (1 - up) / 2) for right in (1, -1) for up in (1, -1)]
-)
-_GAP = 5.0  # points between names on a line
-_KEY_MARK = 3.0  # the least size of a marker in a key
-_MARK = 4.0  # half the size of a marker, in points
-_BAD = 1000.0  # a point or a line in the way is as bad as so many points of distance
-_LINE_WORSE = 1000  # any number of points is less bad than a line, which a name would interrupt
-_CLEAR = 1.0  # points from a line to a name, and from one name to the next
+WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
+NARROW = 120.0  # narrower figures have half as many panels side by side
 HALO = withStroke(linewidth=2.4, foreground="white")  # around texts over lines and points
 # Names beside what they name, by an offset in points.
 BESIDE: Style = {"textcoords": "offset points", "annotation_clip": False}
 # Names of lines that are no axes.
 NOTE: Style = BESIDE | {"fontsize": 7, "color": "0.35", "zorder": 6, "path_effects": [HALO]}
-# Names beside points.
-_NAME: Style = BESIDE | {
-    "fontsize": 7,
-    "va": "bottom",
-    "path_effects": [HALO],
-    "zorder": 8,
-    "in_layout": False,
-    "arrowprops": {
-        "arrowstyle": "-",
-        "color": "0.5",
-        "linewidth": 0.5,
-        "shrinkA": 0,
-        "shrinkB": 3,
-    },
-}
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-_LETTER_WIDTH = 4.0  # points, about
-_WIDEST = 0.95  # share of the width for a key
-_TICKS_WIDTH = 34.0  # left of axes
-_TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
-_MOST_TICKS = 6
-_LEAST_TICKS = 3  # where there is room
-# Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
-_BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
-_ARROWS = {
-    "x": {1: "← {}", -1: "{} →", 0: "{}"},
-    "y": {1: "↓ {}", -1: "↑ {}", 0: "{}"},
-}
 ABOVE = ("data", "axes fraction")  # coordinates of names above axes
-_RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
-_MOST_OPTIONS = 12  # options that have a tick each
-_HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-# Heights in mm, for pairs of columns.
-_PANEL = 33.0
-_ONE_PANEL = 60.0
-_HEADING = 7.0
-_AXIS = 9.0
-_PADS = 6.0  # above and below the axes
-NARROW = 120.0  # narrower figures have half as many panels side by side
-_LOWER = 0.85  # and these are so much lower
-WIDTH = 180.0  # default width of a figure in mm, over both columns of a journal
-_SCREEN = 96  # dots per inch of browsers
-_OUTLIERS = 0.05  # at most this share of the values may be outliers
-_FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
+
+
+# Figures
+
 _SETTINGS: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
@@ -155,6 +94,8 @@ _SETTINGS: Any = {
     "lines.linewidth": 1.2,
     "lines.solid_capstyle": "round",
 }
+_NARROW_HEIGHT = 0.85  # of rows of panels in a narrower figure, as a share
+_SCREEN = 96  # dots per inch of browsers
 
 
 class Drawing(Figure):
@@ -211,7 +152,7 @@ class Drawing(Figure):
                 ax.set_subplotspec(place)
                 if place.is_first_col():
                     ax.tick_params(labelleft=True)
-            size[1] *= _LOWER * grid.nrows / before.nrows
+            size[1] *= _NARROW_HEIGHT * grid.nrows / before.nrows
         self.set_size_inches(width / 25.4, size[1])
         with rc_context(_SETTINGS):
             for function, *arguments in self.fitted:
@@ -239,13 +180,6 @@ def new_figure(height: float, width: float = WIDTH) -> Iterator[Drawing]:
         figure = Drawing(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
     figure.resize(width)
-
-
-def add_letters(figure: Figure) -> None:
-    """Write a letter above each of several axes."""
-    lettered = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
-    for letter, ax in zip(ascii_lowercase, lettered, strict=False):
-        ax.set_title(f"({letter})", loc="right")  # the name of the vertical axis is on the left
 
 
 @contextmanager
@@ -278,14 +212,45 @@ def panels(
         yield figure, axes[:n]
 
 
+def add_letters(figure: Figure) -> None:
+    """Write a letter above each of several axes."""
+    lettered = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
+    for letter, ax in zip(ascii_lowercase, lettered, strict=False):
+        ax.set_title(f"({letter})", loc="right")  # the name of the vertical axis is on the left
+
+
+# Heights in mm, for pairs of columns.
+_PANEL_HEIGHT = 33.0
+_HEIGHT_OF_ONE = 60.0
+_HEADING_HEIGHT = 7.0
+_AXIS_HEIGHT = 9.0
+_PADS = 6.0  # above and below the axes
+
+
 def stack_pairs(figure: Drawing) -> None:
     """Set the height of a figure of pairs of columns."""
     grid: Any = figure.axes[0].get_gridspec()
-    height = _PANEL
+    height = _PANEL_HEIGHT
     if len(figure.axes) == 1:
-        height = _ONE_PANEL
-    total = _PADS + grid.nrows * (height + _HEADING + _AXIS)
+        height = _HEIGHT_OF_ONE
+    total = _PADS + grid.nrows * (height + _HEADING_HEIGHT + _AXIS_HEIGHT)
     figure.set_figheight((total + height_of_key(figure)) / 25.4)
+
+
+# Axes
+
+_TICKS_WIDTH = 34.0  # left of axes
+_TICK_WIDTH = 24.0  # of a number at an axis, with the room beside it
+_MOST_TICKS = 6
+_LEAST_TICKS = 3  # where there is room
+_MOST_OPTIONS = 12  # options that have a tick each
+_LETTER_WIDTH = 4.0  # points, about
+# Where better values are, by the sign of an objective: in words, or by an arrow for want of room.
+_BETTER = {1: "{}, less is better", -1: "{}, more is better", 0: "{}"}
+_ARROWS = {
+    "x": {1: "← {}", -1: "{} →", 0: "{}"},
+    "y": {1: "↓ {}", -1: "↑ {}", 0: "{}"},
+}
 
 
 def name_axis(
@@ -351,26 +316,6 @@ def _set_ticks(axis: Any, n: int, mark: str) -> None:
     axis.get_major_locator().set_params(subs=factors, numticks=n + 1)
 
 
-def extent(text: Text) -> Bbox:
-    """Return the box of a text in pixels of its figure, without that to which an arrow points.
-
-    Where a figure was drawn before, texts would be measured in the pixels of that picture.
-    """
-    figure: Any = text.figure
-    renderer: Any = RendererAgg  # matplotlib declares no types for it
-    return Text.get_window_extent(text, renderer(1, 1, figure.dpi))
-
-
-def head_axes(axes: Axes) -> None:
-    """Move the name of the vertical axis above it, and above names such as those of limits."""
-    above = _BESIDE
-    if any(getattr(text, "xycoords", "") == ABOVE for text in axes.texts):
-        above += _LINE
-    shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
-    axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
-    axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
-
-
 class _Ticks(ScalarFormatter):
     """Numbers at ticks, in one format, with a decimal mark."""
 
@@ -387,11 +332,108 @@ class _Ticks(ScalarFormatter):
         return [raised(text(value)) for value in values]
 
 
+def set_log(axes: Axes, letter: str, mark: str = ".") -> None:
+    """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small."""
+    axes.set(**{f"{letter}scale": "log"})
+    axis = getattr(axes, f"{letter}axis")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=5))
+    axis.set_minor_locator(NullLocator())
+
+    def text(value: float, _: object) -> str:
+        """Return the number at a tick: as a power of ten if the ends of the axis need it."""
+        low, high = sorted(axis.get_view_interval())
+        if low >= 1e-3 and high <= 1e5:
+            return number(value, mark=mark)
+        return raised(NumberFormat(0, has_powers=True).text(value))
+
+    axis.set_major_formatter(text)
+
+
+_RAISED = str.maketrans("−0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")  # in full size, unlike those of formulas
+
+
+def raised(text: str) -> str:
+    """Return the text of a number with minus signs and its power of ten raised.
+
+    Example:
+        >>> raised("1.67e9"), raised("1e-4"), raised("-12.5")
+        ('1.67×10⁹', '10⁻⁴', '−12.5')
+    """
+    text = text.replace("-", "−")
+    factor, exponent, power = text.partition("e")
+    if not exponent or power == "0":
+        return factor
+    if factor == "1":
+        return f"10{power.translate(_RAISED)}"
+    return f"{factor}×10{power.translate(_RAISED)}"
+
+
+_AXIS_TO_NAME = 5.0  # points from the vertical axis up to its name
+_LINE_HEIGHT = 9.5  # points
+
+
+def head_axes(axes: Axes) -> None:
+    """Move the name of the vertical axis above it, and above names such as those of limits."""
+    above = _AXIS_TO_NAME
+    if any(getattr(text, "xycoords", "") == ABOVE for text in axes.texts):
+        above += _LINE_HEIGHT
+    shift = ScaledTranslation(0, above / 72, axes.figure.dpi_scale_trans)
+    axes.yaxis.label.set(rotation=0, ha="left", va="bottom")
+    axes.yaxis.set_label_coords(0, 1, axes.transAxes + shift)
+
+
+_OUTLIERS = 0.05  # at most this share of the values may be outliers
+_LEAST_SHARE = (
+    1 / 5
+)  # outliers are left out if the other values would take less of the axis than this
+_HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
+
+
+def view(values: ArrayLike, *further: float) -> tuple[float, float]:
+    """Return the ends of an axis that shows values.
+
+    Args:
+        values: Values, whose outliers the axis does not show, as on the page.
+        *further: Single values, which it shows. Values of ``1e300`` and more are ignored.
+    """
+    near = np.asarray(values, float).ravel()
+    near = near[np.abs(near) < _HUGE]
+    if len(near):
+        core = without_outliers(near)
+        is_few = len(near) - len(core) <= max(1, _OUTLIERS * len(near))
+        if is_few and np.ptp(core) < _LEAST_SHARE * np.ptp(near):
+            near = core
+    inside = np.append(near, further)
+    inside = inside[np.abs(inside) < _HUGE]
+    if len(inside) == 0:
+        return 0.0, 1.0
+    low = float(inside.min())
+    high = float(inside.max())
+    pad = 0.08 * (high - low)  # for the markers and names at the ends
+    # One value but for rounding has a margin of its size.
+    if not high - low > 1e-9 * max(abs(low), abs(high)):
+        pad = 0.05 * abs(low) or 0.5
+    return low - pad, high + pad
+
+
+# Curves and keys
+
+# Colour-blind readers can tell them apart; most are those of Okabe and Ito. The lengths of the
+# three have no common factor, so that a style is repeated only after their product.
+_COLOURS = ("#0B5CAD", "#1A1A1A", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+
+
 def curves() -> Iterator[Style]:
     """Yield colour, line style and marker of the first curve on common axes, the second, …."""
     styles = zip(cycle(_COLOURS), cycle(_LINES), cycle(_MARKERS), strict=False)
     for colour, line, marker in styles:
         yield {"color": colour, "linestyle": line, "marker": marker}
+
+
+_LEAST_MARKER = 3.0  # the least size of a marker in a key
+_KEY_WIDTH = 0.95  # share of the width of the figure for a key
 
 
 def add_key(figure: Drawing, axes: Sequence[Axes], heading: str = "") -> None:
@@ -425,8 +467,8 @@ def _add_legend(
         legend = figure.legend(handles, labels, ncols=n_columns, **options)
         for handle in legend.legend_handles:
             if isinstance(handle, Line2D):
-                handle.set_markersize(max(handle.get_markersize(), _KEY_MARK))
-        if n_columns == 1 or legend.get_window_extent().width <= _WIDEST * figure.bbox.width:
+                handle.set_markersize(max(handle.get_markersize(), _LEAST_MARKER))
+        if n_columns == 1 or legend.get_window_extent().width <= _KEY_WIDTH * figure.bbox.width:
             break
         legend.remove()
 
@@ -438,6 +480,34 @@ def height_of_key(figure: Drawing) -> float:
     for legend in figure.legends:
         height += legend.get_window_extent().height / figure.dpi + 2 * layout.get()["h_pad"]
     return height * 25.4
+
+
+# Names
+
+
+def literal(name: object, most: int = 40) -> str:
+    """Return a name on one line as it is written; a ``$`` in it begins no formula.
+
+    A name longer than ``most`` loses its middle, as names that begin alike often end with a number.
+
+    Example:
+        >>> print(literal("a very long name of mesh 17", 16))
+        a very l…mesh 17
+    """
+    text = " ".join(str(name).split())
+    if len(text) > most:
+        text = f"{text[: most // 2]}…{text[-((most - 1) // 2) :]}"
+    return text.replace("$", r"\$")
+
+
+def extent(text: Text) -> Bbox:
+    """Return the box of a text in pixels of its figure, without that to which an arrow points.
+
+    Where a figure was drawn before, texts would be measured in the pixels of that picture.
+    """
+    figure: Any = text.figure
+    renderer: Any = RendererAgg  # matplotlib declares no types for it
+    return Text.get_window_extent(text, renderer(1, 1, figure.dpi))
 
 
 def name_lines(axes: Axes) -> None:
@@ -457,11 +527,44 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
     """Move names at right ends up until each is above the one below."""
     level = -np.inf
     heights = [extent(name).height * 72 / axes.figure.dpi for name in names]
-    line = max(heights, default=0.0) + _CLEAR
+    line = max(heights, default=0.0) + _CLEARANCE
     for name in sorted(names, key=lambda name: name.xy[1]):
         end = axes.transData.transform(name.xy)[1] * 72 / axes.figure.dpi
         level = max(level + line, end)
         name.xyann = (5, level - end)
+
+
+_REACHES = (4.5, 8.0, 14.0, 20.0, 28.0, 40.0)  # points from a point to its name
+# Where the box of a name is: its direction from the point, and which of its shares is there.
+_DIRECTIONS = np.array(
+    [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
+    + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
+    + [(right, up, (1 - right) / 2, (1 - up) / 2) for right in (1, -1) for up in (1, -1)]
+)
+_LEADER_FROM = 10.0  # points from which on a line leads from the point to its name
+_BETWEEN_NAMES = 5.0  # points between names on a line
+_MARKER_RADIUS = 4.0  # points
+_COST_OF_POINT = 1000.0  # of a point in the way, in points of distance
+_POINTS_PER_LINE = 1000  # a line in the way is as bad as so many points: a name would interrupt it
+_CLEARANCE = 1.0  # points from a line to a name, and from one name to the next
+# Names beside points.
+_NAME_STYLE: Style = BESIDE | {
+    "fontsize": 7,
+    "va": "bottom",
+    "path_effects": [HALO],
+    "zorder": 8,
+    "in_layout": False,
+    "arrowprops": {
+        "arrowstyle": "-",
+        "color": "0.5",
+        "linewidth": 0.5,
+        "shrinkA": 0,
+        "shrinkB": 3,
+    },
+}
+_Place: TypeAlias = tuple[float, Bbox, Line | None]
+"""The place of a name, its box and a line from afar; its cost is the distance in points, and more
+for what it would cover."""
 
 
 def name_points(
@@ -479,7 +582,9 @@ def name_points(
     figure: Any = axes.figure
     placed = []
     for row, texts in names.items():
-        placed.append((axes.annotate(texts[0], places[row], (0, 0), **_NAME | style), texts, row))
+        placed.append(
+            (axes.annotate(texts[0], places[row], (0, 0), **_NAME_STYLE | style), texts, row)
+        )
         style = {}
     figure.placed += ((_place, axes, places, placed),)
 
@@ -500,7 +605,7 @@ def _place(
     def place_of(name: Annotation, text: str, row: int) -> _Place:
         """Write a text, and return its best place beside what is there, and the other names."""
         others = [best[other] for other in best.keys() - {row}]
-        taken = [box.padded(_GAP * axes.figure.dpi / 72, 0) for _, box, _ in others]
+        taken = [box.padded(_BETWEEN_NAMES * axes.figure.dpi / 72, 0) for _, box, _ in others]
         leaders = [leader for *_, leader in others if leader is not None]
         name.set_visible(True)  # an invisible one has no size
         name.set_text(text)
@@ -511,7 +616,7 @@ def _place(
     for name, words, row in names:
         if len(words) > 1:
             place = place_of(name, words[0], row)
-            if place[0] < _BAD:
+            if place[0] < _COST_OF_POINT:
                 best[row] = place
             else:
                 name.set_text(words[-1])
@@ -542,24 +647,24 @@ def _best_place(
     dot = dots[row]
     others = np.delete(dots, row, axis=0)
     best: _Place = (np.inf, Bbox.null(), None)
-    for reach, side in product(_REACHES, _SIDES):
+    for reach, side in product(_REACHES, _DIRECTIONS):
         if best[0] < reach:  # whatever is farther costs more
             break
         low = dot + reach * point * side[:2] - side[2:] * size
         box = Bbox([low, low + size])
         if box.count_overlaps(taken) or not all(map(axes.bbox.contains, *box.corners().T)):
             continue
-        clear = box.padded(_CLEAR * point)
-        n_bad = _LINE_WORSE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
+        clear = box.padded(_CLEARANCE * point)
+        n_bad = _POINTS_PER_LINE * sum(line.intersects_bbox(clear, filled=False) for line in lines)
         leader = None
         radius = reach  # it would name the nearest dot
-        if reach > _NEAR:
-            radius = _MARK
+        if reach > _LEADER_FROM:
+            radius = _MARKER_RADIUS
             leader = Line([dot, (box.p0 + box.p1) / 2])
-            n_bad += _crossed(leader, others, taken, _MARK * point)
+            n_bad += _crossed(leader, others, taken, _MARKER_RADIUS * point)
         n_bad += box.padded(radius * point).count_contains(others)
-        if reach + _BAD * n_bad < best[0]:
-            best = (reach + _BAD * n_bad, box, leader)
+        if reach + _COST_OF_POINT * n_bad < best[0]:
+            best = (reach + _COST_OF_POINT * n_bad, box, leader)
     return best
 
 
@@ -573,79 +678,7 @@ def _crossed(leader: Line, dots: Array, texts: Sequence[Bbox], radius: float) ->
     return int(np.sum(distances < radius)) + n_texts
 
 
-def literal(name: object, most: int = 40) -> str:
-    """Return a name on one line as it is written; a ``$`` in it begins no formula.
-
-    A name longer than ``most`` loses its middle, as names that begin alike often end with a number.
-
-    Example:
-        >>> print(literal("a very long name of mesh 17", 16))
-        a very l…mesh 17
-    """
-    text = " ".join(str(name).split())
-    if len(text) > most:
-        text = f"{text[: most // 2]}…{text[-((most - 1) // 2) :]}"
-    return text.replace("$", r"\$")
-
-
-def view(values: ArrayLike, *further: float) -> tuple[float, float]:
-    """Return the ends of an axis that shows values.
-
-    Args:
-        values: Values, whose outliers the axis does not show, as on the page.
-        *further: Single values, which it shows. Values of ``1e300`` and more are ignored.
-    """
-    near = np.asarray(values, float).ravel()
-    near = near[np.abs(near) < _HUGE]
-    if len(near):
-        core = without_outliers(near)
-        is_few = len(near) - len(core) <= max(1, _OUTLIERS * len(near))
-        if is_few and np.ptp(core) < _FLAT * np.ptp(near):
-            near = core
-    inside = np.append(near, further)
-    inside = inside[np.abs(inside) < _HUGE]
-    if len(inside) == 0:
-        return 0.0, 1.0
-    low = float(inside.min())
-    high = float(inside.max())
-    pad = 0.08 * (high - low)  # for the markers and names at the ends
-    # One value but for rounding has a margin of its size.
-    if not high - low > 1e-9 * max(abs(low), abs(high)):
-        pad = 0.05 * abs(low) or 0.5
-    return low - pad, high + pad
-
-
-def set_log(axes: Axes, letter: str, mark: str = ".") -> None:
-    """Give the axis "x" or "y" a logarithmic scale, without raised digits, which are small."""
-    axes.set(**{f"{letter}scale": "log"})
-    axis = getattr(axes, f"{letter}axis")
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=5))
-    axis.set_minor_locator(NullLocator())
-
-    def text(value: float, _: object) -> str:
-        """Return the number at a tick: as a power of ten if the ends of the axis need it."""
-        low, high = sorted(axis.get_view_interval())
-        if low >= 1e-3 and high <= 1e5:
-            return number(value, mark=mark)
-        return raised(NumberFormat(0, has_powers=True).text(value))
-
-    axis.set_major_formatter(text)
-
-
-def raised(text: str) -> str:
-    """Return the text of a number with minus signs and its power of ten raised.
-
-    Example:
-        >>> raised("1.67e9"), raised("1e-4"), raised("-12.5")
-        ('1.67×10⁹', '10⁻⁴', '−12.5')
-    """
-    text = text.replace("-", "−")
-    factor, exponent, power = text.partition("e")
-    if not exponent or power == "0":
-        return factor
-    if factor == "1":
-        return f"10{power.translate(_RAISED)}"
-    return f"{factor}×10{power.translate(_RAISED)}"
+# Files
 
 
 def svg_of(figure: Figure, dpi: int) -> str:
