@@ -149,19 +149,25 @@ def _change(
         last = places[dominates][:1].tolist()
         tried = range(first, min(last, default=len(steps)))
         ends = steps
-    are_optimal = table.pareto()[rows]
-    for place in chain(_doubtful(F, places, are_optimal, b, ranking.frame, tried), last):
+    doubtful = _doubtful(F, places, table.pareto()[rows], b, ranking.frame, tried)
+    for place in chain(doubtful, last):
         inside = np.sort(rows[places <= place])
         if len(inside) == 0:
             return steps[0], None
-        if are_optimal.all():
-            nearest, _ = nearest_of_front(without_rounding(table.F[inside]), ranking.frame)
-        else:
-            nearest = nearest_to_ideal(table.F[inside], ranking.frame)
-        recommended = inside[nearest]
+        recommended = _recommended(table, inside)
         if best not in recommended:
             return ends[place], str(table.names[recommended[0]])
     return np.nan, None
+
+
+def _recommended(table: TestTable, rows: Rows) -> Rows:
+    """Return which of some designs are the nearest to their ideal point."""
+    frame = table.feasible_ranking().frame
+    if table.pareto()[rows].all():  # none of them dominates another
+        nearest, _ = nearest_of_front(without_rounding(table.F[rows]), frame)
+    else:
+        nearest = nearest_to_ideal(table.F[rows], frame)
+    return rows[nearest]
 
 
 def _doubtful(
@@ -186,25 +192,29 @@ def _doubtful(
         lasting = nondominated(F[kept])
     F = frame.limited(F[kept])
     places = places[kept]
-    if frame.is_fixed:
-        U = np.resize(frame.ideal, F.shape)
-        scales = np.resize(frame.scale, F.shape)
-    else:
-        U = np.minimum.accumulate(F)
-        scales = np.ones(F.shape)
-        if frame.normalize:
-            scales = unit_lengths(U, _nadirs(F, lasting))
+    U, scales = _frames(F, lasting, frame)
     rows = np.searchsorted(places, tried, side="right") - 1
     yield from _nearer(F.T, places, frame.limited(b), U[rows].T, scales[rows].T, tried)
 
 
-def _nadirs(F: Array, lasting: Mask) -> Array:
-    """Return ``(n, m)`` nadir points of the designs up to each of n, none dominated by one before.
+def _frames(F: Array, lasting: Mask, frame: UtopianFrame) -> tuple[Array, Array]:
+    """Return ``(n, m)`` ideal points of the designs up to each of n, and the scales there.
 
     Args:
-        F: ``(n, m)`` objectives.
+        F: ``(n, m)`` objectives, none dominated by one before.
         lasting: ``(n,)`` which of them none dominates that comes later.
+        frame: Whether distances are normalised, and fixed points.
     """
+    if frame.is_fixed:
+        return np.resize(frame.ideal, F.shape), np.resize(frame.scale, F.shape)
+    U = np.minimum.accumulate(F)
+    if not frame.normalize:
+        return U, np.ones(F.shape)
+    return U, unit_lengths(U, _nadirs(F, lasting))
+
+
+def _nadirs(F: Array, lasting: Mask) -> Array:
+    """Return ``(n, m)`` nadir points of the designs up to each of n; see :func:`_frames`."""
     N = np.maximum.accumulate(np.where(lasting[:, None], F, -np.inf))
     columns = np.ascontiguousarray(F.T)
     # Another one counts until the first that dominates it.

@@ -340,28 +340,37 @@ def compare_selectors(
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    front = np.flatnonzero(ranking.pareto)
-    values = ranking.objectives.minimized[front]
+    values = ranking.objectives.minimized[ranking.front]
     distances = ranking.frame.scaled(values)
     chosen = {}
     for name, selector in selectors.items():
         if isinstance(selector, RankingSelector):
-            chosen[name] = _rows_of(F, ranking, selector.do(ranking))
-            continue
-        weights = np.ones(values.shape[1])
-        if isinstance(selector, tuple):
-            selector, weights = selector
-        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-            if len(front) == 1:  # some cannot scale it
-                rows: Any = [0]
-            elif isinstance(selector, Decomposition):
-                rows = np.argmin(selector.do(distances.copy(), finite_array(name, weights)))
-            else:
-                rows = selector.do(values.copy())
-        if rows is None:
-            rows = []
-        chosen[name] = _rows_of(F, ranking, np.atleast_1d(front[rows]))
+            rows = selector.do(ranking)
+        else:
+            rows = np.atleast_1d(ranking.front[_chosen(name, selector, values, distances)])
+        chosen[name] = _rows_of(F, ranking, rows)
     return chosen
+
+
+def _chosen(name: str, selector: Any, values: Array, distances: Array) -> Any:
+    """Return which of k Pareto-optimal rows a selector or decomposition with pymoo's interface has.
+
+    Args:
+        name: Its name, for messages.
+        selector: What chooses, or a pair of a decomposition and its weights.
+        values: ``(k, m)`` objectives, minimised.
+        distances: ``(k, m)`` the same as distances from U.
+    """
+    if len(values) == 1:  # some cannot scale it
+        return 0
+    weights = np.ones(values.shape[1])
+    if isinstance(selector, tuple):
+        selector, weights = selector
+    with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+        if isinstance(selector, Decomposition):
+            return np.argmin(selector.do(distances.copy(), finite_array(name, weights)))
+        rows = selector.do(values.copy())
+    return [] if rows is None else rows
 
 
 def _rows_of(F: Any, ranking: EfficiencyRanking, chosen: Rows) -> Rows:
