@@ -104,6 +104,14 @@ class _Laboratory:
         design: Values = proposal.content["design"]
         return design
 
+    def as_tested(self, test: int, values: Values) -> Values:
+        """Return values by name with the assigned ones where these are blank or only rounded."""
+        assigned = {}
+        for name, value in self.design(test).items():
+            if _text(values.get(name, value)) == _text(value):
+                assigned[name] = value
+        return values | assigned
+
     def original(self, test: int) -> int:
         """Return the number of the test that an assigned one repeats, or its own."""
         _, proposal = self.proposals[test]
@@ -119,8 +127,8 @@ class _Laboratory:
         self.proposals[test] = run, proposal
         return test
 
-    def made(self, database: Database, test: int) -> int:
-        """Return the number of a test that was made: an assigned one, or a repeat of it."""
+    def take_pending(self, database: Database, test: int) -> int:
+        """Let a test be made; return its number, or that of a repeat if it is made already."""
         if test in self.pending:
             self.pending.remove(test)
             return test
@@ -366,10 +374,10 @@ def _results_in(
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
         missing = [name for name in laboratory.results if name not in values]
-        is_blank_row = len(missing) == len(laboratory.results)
-        if is_blank_row and not reason:
+        has_results = len(missing) < len(laboratory.results)
+        if not has_results and not reason:
             continue  # it stays pending
-        if reason and not is_blank_row:
+        if has_results and reason:
             rule = "either results or the reason of a failure"
             raise invalid(place, rule, Received(reason), "leave one of them blank")
         # The number of a repeat belongs to the study.
@@ -379,10 +387,7 @@ def _results_in(
         if missing and not reason:
             remarks.append(f"A row of test {test} is not taken: {', '.join(missing)} is blank.")
             continue
-        for name, value in laboratory.design(test).items():
-            if _text(values.get(name, value)) == _text(value):
-                values[name] = value  # it is blank or rounded in the row
-        yield test, place, unknown | values | {"reason": reason}
+        yield test, place, unknown | laboratory.as_tested(test, values) | {"reason": reason}
 
 
 def _values_of_row(
@@ -500,7 +505,7 @@ def _keep(
     places = []
     rows = []
     for corrected, (test, place, values) in results:
-        own = corrected or laboratory.made(database, test)
+        own = corrected or laboratory.take_pending(database, test)
         sentences += _changes(laboratory, test, own, values)
         if corrected:
             database.correct(corrected, "corrected")
@@ -571,7 +576,8 @@ def with_computed(
         values = np.where(has_failed, np.nan, Expression.of(expression).values(operands))
         given = columns.get(name, values)
         differs = ~np.isclose(given, values, rtol=ROUNDED, atol=0) & ~np.isnan(given)
-        for row in np.flatnonzero(differs)[:1]:
+        if differs.any():
+            row = int(differs.argmax())  # the first one
             remarks.append(
                 f"{name} of {counted(differs.sum(), 'test')} is given otherwise than computed from "
                 f"{expression}, which counts: {given[row]:.6g} in {places[row]}, computed "

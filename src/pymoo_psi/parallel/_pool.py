@@ -132,7 +132,7 @@ def evaluate(job: Job) -> Answer:
     while not _is_given_up(job.run):
         left = [*job.designs][len(results) :]
         with _hired(environment, job.run) as worker:
-            if not worker.begins(job, left):
+            if not worker.start(job, left):
                 continue
             new_results, end = worker.finish(job, left)
         if new_results:
@@ -239,7 +239,7 @@ class _Worker:
         # defines is sent by value, so that a script needs no guard and a notebook works.
         self.send(environment["imports"])
 
-    def begins(self, job: Job, designs: Sequence[tuple[int, Any]]) -> bool:
+    def start(self, job: Job, designs: Sequence[tuple[int, Any]]) -> bool:
         """Let it evaluate designs, one after the other; return whether it has begun.
 
         While it loads the function, it has read all that was sent: this process never waits for it.
