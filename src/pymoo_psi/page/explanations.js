@@ -70,42 +70,12 @@ function behindOf({frame: {ideal, lengths}}, row) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(ranking, row) {
-  const {front, frame: {lengths}} = ranking
-  const {F} = data
-  const own = F.map((column) => column[row])
   const behind = behindOf(ranking, row)
   const {shares} = behind
-  const loss = new Float64Array(data.total) // the greatest in an objective, in units of the ranges
-  F.forEach((column, j) => {
-    const value = own[j]
-    const length = lengths[j]
-    for (const i of front) {
-      const share = (column[i] - value) / length
-      if (share > loss[i]) loss[i] = share
-    }
-  })
-  const distance = (i) => sqrt(sum(F.map((column, j) => ((column[i] - own[j]) / lengths[j]) ** 2)))
-  // The nearest of some rows; among those that tie, the least by a key.
-  const nearest = (rows, key) => {
-    const away = rows.map((i) => distance(i) || 0) // of an existing design without some value NaN
-    const reach = endOf(away, 1) * (1 + TIE)
-    return rows.filter((_, k) => away[k] <= reach).reduce((a, b) => (key[b] < key[a] ? b : a))
-  }
-  const neighbours = F.map((column, j) => {
-    const value = own[j]
-    const leastLosses = (step) => { // of those that gain so much
-      const some = []
-      let reach = Number.MAX_VALUE
-      for (const i of front) {
-        if (!(loss[i] <= reach && column[i] < value && value - column[i] >= step)) continue
-        reach = min(reach, loss[i] + TIE)
-        some.push(i)
-      }
-      return some.filter((i) => loss[i] <= reach)
-    }
-    let rows = leastLosses(STEP * lengths[j])
-    if (!rows.length) rows = leastLosses(0)
-    return rows.length ? nearest(rows, column) : -1
+  const losses = lossesFrom(ranking, row)
+  const neighbours = data.F.map((column, j) => {
+    const rows = nearestTo(ranking, row, leastLoss(ranking, row, j, losses))
+    return rows.length ? rows.reduce((a, b) => (column[b] < column[a] ? b : a)) : -1
   })
   // A neighbour towards several objectives is one step.
   const steps = unique(bySize(shares).map((j) => neighbours[j])).filter((i) => i >= 0)
@@ -115,6 +85,46 @@ function explain(ranking, row) {
     steps: steps.map((i) => ({row: i, ...differenceOf(ranking, i, row)})),
     costs: costsOf(ranking, behind),
   }
+}
+
+// The greatest loss of each row of the front against a row, in units of the ranges.
+function lossesFrom({front, frame: {lengths}}, row) {
+  const losses = new Float64Array(data.total)
+  data.F.forEach((column, j) => {
+    const own = column[row]
+    const length = lengths[j]
+    for (const i of front) {
+      const share = (column[i] - own) / length
+      if (share > losses[i]) losses[i] = share
+    }
+  })
+  return losses
+}
+
+// The rows of the front that lose least of those better than a row in an objective: by a step or, if
+// none is, at all.
+function leastLoss({front, frame: {lengths}}, row, j, losses) {
+  const column = data.F[j]
+  const own = column[row]
+  for (const step of [STEP * lengths[j], 0]) {
+    const better = []
+    let reach = Number.MAX_VALUE
+    for (const i of front) {
+      if (!(losses[i] <= reach && column[i] < own && own - column[i] >= step)) continue
+      reach = min(reach, losses[i] + TIE)
+      better.push(i)
+    }
+    if (better.length) return better.filter((i) => losses[i] <= reach)
+  }
+  return []
+}
+
+// Those of some rows that are the nearest to a row, in units of the ranges.
+function nearestTo({frame: {lengths}}, row, rows) {
+  // Of an existing design without some value a distance is NaN.
+  const away = rows.map((i) => sqrt(sum(data.F.map((column, j) => ((column[i] - column[row]) / lengths[j]) ** 2))) || 0)
+  const reach = endOf(away, 1) + TIE
+  return rows.filter((_, k) => away[k] <= reach)
 }
 
 // How far a design is from the best value where this is the greatest share of a range.

@@ -446,12 +446,8 @@ def _explanation_of(ranking: EfficiencyRanking, row: int, trades: tuple[str, ...
     distances[np.isnan(distances)] = np.inf
     neighbours = np.full(len(ranking.lengths), -1)
     for j, gain in enumerate(gains.T):
-        better = np.flatnonzero(gain > 0)
-        far = better[gain[better] >= STEP * ranking.lengths[j]]
-        if len(far):
-            better = far
-        if len(better):
-            nearest = _least(better, losses, distances)
+        nearest = _least_loss(gain, STEP * ranking.lengths[j], losses, distances)
+        if len(nearest):
             neighbours[j] = front[nearest[gain[nearest].argmax()]]
     dominated_by = -1
     if not ranking.pareto[row]:
@@ -459,17 +455,33 @@ def _explanation_of(ranking: EfficiencyRanking, row: int, trades: tuple[str, ...
         # here than among all designs, where the dominance was found.
         dominating = np.flatnonzero(losses == losses.min())
         dominated_by = int(front[_least(dominating, distances)[0]])
-    others = dict.fromkeys(neighbours[neighbours >= 0].tolist())
+    targets = dict.fromkeys(neighbours[neighbours >= 0].tolist())
     return Explanation(
         ranking=ranking,
         row=row,
         behind=behind[0],
         shares=ranking.frame.shares(behind)[0],
         neighbours=neighbours,
-        steps=_compared(ranking, [row, *others]),
+        steps=_compared(ranking, [row, *targets]),
         dominated_by=dominated_by,
         trades=trades,
     )
+
+
+def _least_loss(gain: Array, step: float, losses: Array, distances: Array) -> Rows:
+    """Return which Pareto-optimal designs give up least for an objective, and are the nearest.
+
+    Args:
+        gain: ``(k,)`` by how much they are better in it.
+        step: By how much they should be; if none is, those that are better at all count.
+        losses: ``(k,)`` their greatest losses in another one, in units of the ranges.
+        distances: ``(k,)`` how far they are, in the same units.
+    """
+    better = np.flatnonzero(gain > 0)
+    far = better[gain[better] >= step]
+    if len(far):
+        better = far
+    return _least(better, losses, distances)
 
 
 def compare_designs(
@@ -521,7 +533,7 @@ def _least(rows: Rows, *measures: Array) -> Rows:
     """Return the rows of the least measure; each measure decides between those that tie before."""
     for measure in measures:
         measured = measure[rows]
-        rows = rows[measured <= measured.min() + TIE]
+        rows = rows[measured <= measured.min(initial=np.inf) + TIE]
     return rows
 
 
