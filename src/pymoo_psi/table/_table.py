@@ -35,9 +35,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.pareto import (
-    EfficiencyRanking,
-)
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.table._cells import cells_of_kind, designs_of
 from pymoo_psi.table._decision import Decision, decision_of
 from pymoo_psi.table._designs import (
@@ -60,25 +58,14 @@ from pymoo_psi.table._schema import (
     Schema,
     result_columns,
 )
-from pymoo_psi.table._storage import (
-    columns_of,
-    marked,
-    reason_cells,
-    write_csv,
-)
-from pymoo_psi.table._view import (
-    View,
-    checked_numbers,
-    columns_of_matrix,
-    require_distinct,
-)
+from pymoo_psi.table._storage import columns_of, marked, reason_cells, write_csv
+from pymoo_psi.table._view import View, checked_numbers, columns_of_matrix, require_distinct
 
 if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
 _N_SHOWN = 50  # the most rows whose texts a message names
-_ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -242,7 +229,10 @@ class TestTable(View, Shown):
         return replace(table, evaluated=schema.changed(role=roles))
 
     def _with_columns(self, data: Columns, kind: Kind, *roles: str) -> TestTable:
-        """Return the table with columns of the first role; they replace those of the roles."""
+        """Return the table with cells of columns, new ones and those that have one of the roles.
+
+        New ones get the first role.
+        """
         schema = self.evaluated
         present = schema.of_role(*roles)
         new = [Column(name, roles[0], kind) for name in data if name not in present]

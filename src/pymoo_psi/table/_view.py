@@ -221,15 +221,15 @@ class View:
             row_of_number = {number: row for row, number in enumerate(self.numbers.tolist())}
             rows = [row_of_number.get(number, len(self)) for number in rows]
         indices = np.asarray(rows)
+        rule = "a mask or indices of rows"
+        if indices.ndim != 1:
+            raise invalid("selection", rule, Received(f"shape {indices.shape}"))
         if indices.size == 0:  # numpy makes float64 of [], which selects no row and is no mistake
             indices = indices.astype(np.intp)
-        problem: object = f"shape {indices.shape}"
-        if indices.ndim == 1:
-            try:
-                return np.asarray(np.arange(len(self))[indices])
-            except IndexError as error:
-                problem = error
-        raise invalid("selection", "a mask or indices of rows", Received(problem))
+        try:
+            return np.asarray(np.arange(len(self))[indices])
+        except IndexError as error:
+            raise invalid("selection", rule, Received(error)) from None
 
     def _by_row(self, values: Any, missing: Any) -> Any:
         """Return a series of pandas in the order of the rows, if it has numbers of tests."""
