@@ -27,7 +27,7 @@ import numpy as np
 
 from pymoo_psi._numbers import NumberFormat, number
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Names, Rows, counted, invalid, known_name
+from pymoo_psi._validation import AnyArray, Names, Rows, counted, invalid, known_name
 from pymoo_psi.analysis import confidence_sentences
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.files import FORMATS, designs_head, format_of
@@ -40,7 +40,7 @@ from pymoo_psi.pareto import (
     explain,
     wrapped,
 )
-from pymoo_psi.table import ROW, TEST, TestTable, metadata_path
+from pymoo_psi.table import ROW, TEST, TestTable, metadata_path, texts_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -130,6 +130,13 @@ def _cell(value: Any, mark: str) -> str:
     if math.isnan(value):
         return ""
     return number(value, mark=mark)
+
+
+def cells_of(values: AnyArray, number_format: NumberFormat | None) -> list[str]:
+    """Return the cells of a column: numbers in their format, or texts if there is none."""
+    if number_format is None:
+        return [*texts_of(values)]
+    return list(map(number_format.text, values.tolist()))
 
 
 # The ranking

@@ -31,6 +31,7 @@ from pymoo_psi.analysis import (
 )
 from pymoo_psi.cli._app import OF_FORMULATION, OF_SOURCE, Options, path_in
 from pymoo_psi.cli._console import (
+    cells_of,
     command,
     continued,
     name_column,
@@ -76,7 +77,6 @@ from pymoo_psi.table import (
     Schema,
     TestTable,
     free_name,
-    texts_of,
 )
 
 if TYPE_CHECKING:
@@ -187,14 +187,10 @@ def _in_detail(table: TestTable, ranking: EfficiencyRanking) -> list[tuple[str, 
     for name in (*schema.objectives, *schema.variables, *schema.outputs, *schema.notes):
         if name in {schema.label, RUN, POINT}:
             continue
-        if name in formats:
-            cells = list(map(formats[name].text, designs.column(name).tolist()))
-        else:
-            cells = texts_of(designs.column(name)).tolist()
         heading = with_unit(_beside_ranking(name, schema), schema[name].unit)
         if name in schema.objectives:
             heading += " ↑" if schema[name].maximize else " ↓"
-        columns.append((heading, cells))
+        columns.append((heading, cells_of(designs.column(name), formats.get(name))))
     return columns
 
 
@@ -342,7 +338,7 @@ def _sensitivities(table: TestTable) -> pd.DataFrame:
 
 
 def _sections(table: TestTable) -> pd.DataFrame:
-    """Print the least and the greatest value of each objective along each variable."""
+    """Print the least and the greatest value of each objective along each variable; return all."""
     from pymoo_psi.algorithms import sections
 
     lines = sections(table, n_values=17)

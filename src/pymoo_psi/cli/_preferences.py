@@ -14,12 +14,12 @@ import click
 from pymoo_psi._names import named_as
 from pymoo_psi._validation import Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._console import print_columns, require_output, say
+from pymoo_psi.cli._console import cells_of, print_columns, require_output, say
 from pymoo_psi.cli._source import opened, require_feasible, say_source
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import number_formats
 from pymoo_psi.pareto import Preferences
-from pymoo_psi.table import Decision, TestTable, entries_of, texts_of
+from pymoo_psi.table import Decision, TestTable, entries_of
 
 Answer: TypeAlias = tuple[str, str, str]
 
@@ -205,11 +205,7 @@ def _show(table: TestTable, one: str, other: str) -> None:
         values = table.column(name)[rows]
         if values[0] == values[1] or name == schema.label:
             continue
-        if name in formats:
-            cells = list(map(formats[name].text, values))
-        else:
-            cells = texts_of(values).tolist()
-        lines.append([schema[name].heading, *cells])
+        lines.append([schema[name].heading, *cells_of(values, formats.get(name))])
     columns = zip(*lines[: 1 + _N_DIFFERENCES], strict=True)
     print_columns([(head, cells) for head, *cells in columns], "Which one would you rather have?")
 
