@@ -33,7 +33,7 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, n_before):
 
 
 OF_EVERY_RUN = {field.name for field in dataclasses.fields(RunOptions)}
-OF_EVERY_RUN -= {"repeat", "share", "block_size", "runner", "keep"}
+OF_EVERY_RUN -= {"repeat", "share", "block_size", "runner", "keep", "may_end_early"}
 
 
 @pytest.mark.parametrize(

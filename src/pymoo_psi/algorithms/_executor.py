@@ -153,8 +153,6 @@ class Executor:
         has_designs: Whether designs are put into the queue, one by one, instead of points.
         recurs: Whether points may have the same design, as no variable is real.
         queue: The points that wait and that are being evaluated, by their numbers.
-        may_end_early: Whether a termination may end the run before all points are tested; if not,
-            points are evaluated ahead of the blocks that are asked for.
 
     Raises:
         ArgumentValueError: The model is noisy, and is called for several designs together.
@@ -174,7 +172,7 @@ class Executor:
             if options.study is not None or self.recurs:
                 options = replace(options, keep="all")
             self.queue = _queue_of_points(model, options, together)
-        self.may_end_early = True
+        self._may_end_early = options.may_end_early
         self._known: dict[str, Values] = {}  # values by design, where designs recur
         self._n_checked = 0  # the number of the last point with violations that are counted
         self._reset()
@@ -189,8 +187,7 @@ class Executor:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies have the settings; what is being evaluated stays with the executor."""
-        names = ("may_end_early", "_known", "_n_checked")
-        state = {name: getattr(self, name) for name in names}
+        state = {"_known": self._known, "_n_checked": self._n_checked}
         return Executor, self._arguments, state
 
     def n_accepted(self, n_awaited: int) -> int:
@@ -209,7 +206,7 @@ class Executor:
         n_ahead = LAST  # one slow design holds up none of the others
         if queue.n_pending == 0:  # nothing ahead of points whose tests are all stored
             n_ahead = 0
-        elif self.may_end_early or (self.has_designs and type(queue.runner) is Runner):
+        elif self._may_end_early or (self.has_designs and type(queue.runner) is Runner):
             n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
         return min(n_awaited + n_ahead, enough)
 

@@ -173,12 +173,12 @@ class PointAlgorithm(WithTable, Algorithm):
         if isinstance(problem, FailureTolerant):  # individuals have its constraints
             required = FailureTolerant(required, failed_as=problem.failed_as)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
-        self._may_end_early = termination is not None
+        self.options = replace(self.options, may_end_early=termination is not None)
         if isinstance(termination, MaximumFunctionCallTermination):
             self._limit_evaluations(required, termination.n_max_evals)
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
-        if self._may_end_early:
+        if termination is not None:
             ends.append(termination)
         kwargs["termination"] = TerminateIfAny(*ends)
         super().setup(required, **kwargs)
@@ -196,7 +196,6 @@ class PointAlgorithm(WithTable, Algorithm):
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
         self._begun = self.begin(options)
-        self._run.executor.may_end_early = self._may_end_early
         self._tables = [self._run.store.empty]
 
     def has_next(self) -> bool:
@@ -503,7 +502,9 @@ class PSI(PointAlgorithm):
         size = self.options.block_size
         if size is not None:
             return size
-        if self._may_end_early:  # a time limit is exceeded by little, and long runs have few blocks
+        if (
+            self.options.may_end_early
+        ):  # a time limit is exceeded by little, and long runs have few blocks
             return max(64, int(self.evaluator.n_eval) // 16)
         return max(64, -(-self.n_points // (32 * self.options.part.of)))  # 32 lines of a display
 
@@ -601,7 +602,7 @@ def investigate(
     run, table = repeated_tests(tested, problem, n_points, run_options)
     model = run.model
     if is_noisy:
-        table = needed_tests(model, averaged_repeats(table), keep)
+        table = averaged_repeats(table)
     table = run.numbered(table)
     model.require_results(table, run.n_taken, stacklevel=3)
     table = model.under_so_far(table)

@@ -32,7 +32,6 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
     Mask,
-    Numbers,
     Values,
     integer,
     invalid,
@@ -85,7 +84,8 @@ class Ledger:
 
     def __init__(self, points: Points) -> None:
         self.points = points
-        self.states = _pending(points)
+        # small, as each step looks at all of them
+        self.states = np.full(len(points), PENDING, dtype=np.int8)
         self.blocks: list[Block] = []
         self.forget_evaluations()
 
@@ -101,7 +101,7 @@ class Ledger:
     def add(self, points: Points) -> None:
         """Add pending points, numbered above all earlier ones."""
         self.points = self.points.joined(points)
-        self.states = np.append(self.states, _pending(points))
+        self.states = np.append(self.states, np.zeros(len(points), dtype=np.int8))
 
     def start(self, count: int) -> Points:
         """Start the next points, ``count`` or as many as there are; return them."""
@@ -145,10 +145,6 @@ class Ledger:
         """Keep some points, and drop the others."""
         self.points = self.points.at(rows)
         self.states = self.states[rows]
-
-
-def _pending(points: Points) -> Numbers:
-    return np.full(len(points), PENDING, dtype=np.int8)  # small, as each step looks at all of them
 
 
 class Run:

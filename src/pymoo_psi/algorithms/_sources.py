@@ -89,7 +89,8 @@ class RunOptions:
     """The options of a run: which points are tested, how, and where tests are stored.
 
     ``share`` and ``block_size`` are described by :class:`PSI`, the other ones that only some runs
-    have by :func:`investigate`.
+    have by :func:`investigate`. ``may_end_early`` is whether a termination may end the run before
+    all points are tested; if not, points are evaluated ahead of the blocks that are asked for.
 
     Raises:
         ArgumentValueError: A count is out of range, or there is no such action or share.
@@ -116,6 +117,7 @@ class RunOptions:
     block_size: int | None = None
     runner: Runner | None = None
     keep: Keep = "all"
+    may_end_early: bool = True
 
     def __post_init__(self) -> None:
         """Check what can be checked without a problem."""
@@ -189,14 +191,10 @@ class Points:
         """Return how many points there are."""
         return len(self.numbers)
 
-    def _with(self, numbers: Numbers, change: Callable[[AnyArray, str], AnyArray]) -> Points:
-        """Return other points; ``change`` returns their arrays, by these and their names."""
-        arrays = {}
-        for name in ("coordinates", "rounds", "designs"):
-            array = getattr(self, name)
-            if array is not None:
-                arrays[name] = change(array, name)
-        return Points(numbers, self.n_dim, **arrays)
+    def _arrays(self) -> dict[str, AnyArray]:
+        """Return the arrays that there are beside the numbers, by name."""
+        arrays = {name: getattr(self, name) for name in ("coordinates", "rounds", "designs")}
+        return {name: array for name, array in arrays.items() if array is not None}
 
     @property
     def cube_points(self) -> Array:
@@ -215,7 +213,8 @@ class Points:
 
     def at(self, rows: Any) -> Points:
         """Return the points in some rows: indices, a mask or a slice."""
-        return self._with(self.numbers[rows], lambda array, _: array[rows])
+        arrays = {name: array[rows] for name, array in self._arrays().items()}
+        return Points(self.numbers[rows], self.n_dim, **arrays)
 
     def without(self, numbers: ArrayLike) -> Points:
         """Return the points that have none of some numbers."""
@@ -228,9 +227,10 @@ class Points:
         if len(others) == 0:
             return self
         numbers = np.concatenate([self.numbers, others.numbers])
-        return self._with(
-            numbers, lambda array, name: np.concatenate([array, getattr(others, name)])
-        )
+        arrays = {}
+        for name, array in self._arrays().items():
+            arrays[name] = np.concatenate([array, getattr(others, name)])
+        return Points(numbers, self.n_dim, **arrays)
 
 
 class Source:
