@@ -35,7 +35,6 @@ import sqlite3
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import cached_property
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -158,12 +157,15 @@ class _Block:
         plan: The numbers of the tests of the points.
         tests_of_run: All tests of the run if its model is noisy: a design that recurs in the run is
             tested again. Otherwise ``None``.
+        free_number: A number that no test has, nor any greater one.
 
     Attributes:
         tests: All these tests, as they are after the block.
         new_tests: Those of them that are new or changed.
+        n_new: How many are new.
         plan: The numbers of the tests of the points.
         new_plan: Those of them that are new.
+        contradictions: The points whose tests have other results now.
     """
 
     def __init__(
@@ -172,12 +174,16 @@ class _Block:
         tests: dict[int, _Test],
         plan: dict[int, int],
         tests_of_run: Sequence[int] | None,
+        free_number: int,
     ) -> None:
         self.tests = tests
         self.new_tests: dict[int, _Test] = {}
+        self.n_new = 0
         self.plan = plan
         self.new_plan: dict[int, int] = {}
+        self.contradictions: list[int] = []
         self._run = run
+        self._free_number = free_number
         self._is_noisy = tests_of_run is not None
         self._tests_of_run = {*(tests_of_run or ())}
         self._numbers = {test[:2]: number for number, test in tests.items()}  # by design and repeat
@@ -192,11 +198,7 @@ class _Block:
             repeat: Which of the tests of its design it has; 0 for a further one.
         """
         if repeat == 0:
-            # The first one may be missing while it is corrected; other runs look for it.
-            repeat = self._free_repeats.get(design, 1)
-            while (design, repeat) in self._numbers:
-                repeat += 1
-            self._free_repeats[design] = repeat
+            repeat = self._free_repeat(design)
         elif self._is_noisy and self._numbers.get((design, repeat)) in self._tests_of_run:
             repeat = -((self._run - 1) * ROOM + point)  # for this point alone
         number = self.plan.get(point)
@@ -204,12 +206,48 @@ class _Block:
             number = self._numbers.get((design, repeat))
         return number, repeat
 
-    def put(self, point: int, number: int, test: _Test) -> None:
-        """Let a point have a test, which may be new or changed."""
+    def _free_repeat(self, design: str | None) -> int:
+        """Return the first repeat that no test of a design has.
+
+        It is 1 while the first test is corrected, as other runs look for that one.
+        """
+        repeat = self._free_repeats.get(design, 1)
+        while (design, repeat) in self._numbers:
+            repeat += 1
+        self._free_repeats[design] = repeat
+        return repeat
+
+    def add(self, point: int, number: int, test: _Test, repeat: int) -> None:
+        """Let a point have a test: the known one of its design, which may change, or a new one.
+
+        Args:
+            point: The point.
+            number: The number of the test if it is new, unless another one has it.
+            test: The test.
+            repeat: As in :meth:`find`.
+        """
+        known_number, repeat = self.find(point, test.design, repeat)
+        if repeat != test.repeat:
+            test = test._replace(repeat=repeat)
+        if known_number is not None:
+            number = known_number
+            stored = self.tests[number]
+            if point in self.plan and stored.contradicts(test):
+                self.contradictions.append(point)
+            test = stored.completed_by(test)
+        else:
+            self.n_new += 1
+            if number in self.tests:
+                number = self._free_number
+                self._free_number += 1
         if self.tests.get(number) != test:
             self.tests[number] = test
             self.new_tests[number] = test
             self._numbers[test.design, test.repeat] = number
+        self.assign(point, number)
+
+    def assign(self, point: int, number: int) -> None:
+        """Let a point have a known test."""
         if self.plan.get(point) != number:
             self.plan[point] = number
             self.new_plan[point] = number
@@ -455,37 +493,22 @@ class Database:
         points = columns["test_point"].tolist()
         numbers = columns.get("test", (run - 1) * ROOM + columns["test_point"]).tolist()
         keys = self.keys(columns)
-        last = _integer(self.db, "SELECT max(test) FROM tests")
-        old_numbers = [number for number in numbers if number <= last]  # which others may have
-        block = self._block(run, points, keys, old_numbers, noisy=noisy)
-        free_numbers = count(max(last, *numbers) + 1)
-        n_new = 0
+        block = self._block(run, points, keys, numbers, noisy=noisy)
         for point, number, test in zip(points, numbers, self._tests_of(columns, keys), strict=True):
-            known_number, test_repeat = block.find(point, test.design, repeat)
-            if test_repeat != test.repeat:
-                test = test._replace(repeat=test_repeat)
-            if known_number is not None:
-                number = known_number
-                stored = block.tests[number]
-                if point in block.plan and stored.contradicts(test):
-                    raise invalid(
-                        "block",
-                        "of new test points, repetitions of failed ones, or what is stored",
-                        Received(f"other values for test point {point} of run {run}"),
-                        "use another file if the model has changed; "
-                        f"study {self._path} is as it was",
-                    )
-                test = stored.completed_by(test)
-            else:
-                if number in block.tests:  # another point has it
-                    number = next(free_numbers)
-                n_new += 1
-            block.put(point, number, test)
+            block.add(point, number, test, repeat)
+        if block.contradictions:
+            raise invalid(
+                "block",
+                "of new test points, repetitions of failed ones, or what is stored",
+                Received(f"other values for test point {block.contradictions[0]} of run {run}"),
+                f"use another file if the model has changed; study {self._path} is as it was",
+            )
         self._write(block.new_tests)
         self._plan(run, block.new_plan)
         n_written = len(block.new_tests)
-        if n_written > n_new and repeat:  # people's own tests are planned, or in the log already
-            self.log(f"run {run}", changed=n_written - n_new)
+        n_changed = n_written - block.n_new
+        if n_changed and repeat:  # people's own tests are planned, or in the log already
+            self.log(f"run {run}", changed=n_changed)
         process = [platform.node(), os.getpid()]
         if n_written and self.get("process") != process:
             self._set("process", process)
@@ -499,7 +522,7 @@ class Database:
         for point, key in zip(points.tolist(), keys, strict=True):
             number, _ = block.find(point, key, repeat)
             if number is not None:
-                block.put(point, number, block.tests[number])
+                block.assign(point, number)
         self._plan(run, block.new_plan)
 
     def _block(
@@ -517,9 +540,11 @@ class Database:
             run: The run.
             points: The points.
             keys: The keys of their designs.
-            numbers: Numbers whose tests are wanted, too.
+            numbers: The numbers of new tests, which others may have.
             noisy: Whether the model is noisy.
         """
+        last = _integer(self.db, "SELECT max(test) FROM tests")
+        old_numbers = [number for number in numbers if number <= last]
         query = """
             SELECT point, test FROM plan JOIN tests USING (test)
             WHERE run = ? AND point IN (SELECT value FROM json_each(?))
@@ -530,7 +555,7 @@ class Database:
             WHERE design IN (SELECT value FROM json_each(?))
                 OR test IN (SELECT value FROM json_each(?))
         """
-        arguments = json.dumps(keys), json.dumps([*plan.values(), *numbers])
+        arguments = json.dumps(keys), json.dumps([*plan.values(), *old_numbers])
         tests = {}
         for row in self.db.execute(query, arguments):
             tests[row[0]] = _Test._make([*row[1:_N_FACTS], row[_N_FACTS:]])
@@ -538,7 +563,7 @@ class Database:
         if noisy:
             query = "SELECT test FROM plan WHERE run = ? AND test NOT NULL"
             tests_of_run = self._integers(query, run).tolist()
-        return _Block(run, tests, plan, tests_of_run)
+        return _Block(run, tests, plan, tests_of_run, max(last, *numbers, 0) + 1)
 
     def _write(self, tests: Mapping[int, _Test]) -> None:
         """Write new and changed tests by their numbers."""
