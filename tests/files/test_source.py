@@ -351,7 +351,7 @@ C,0,z,yes,3,1,3,1,c,3,5
 
 
 def test_rows_of_a_frame_are_not_skipped():
-    refused("out for data in Python and", read_table, pd.DataFrame(COST), skip_rows=[1])
+    refused("out for data in Python", read_table, pd.DataFrame(COST), skip_rows=[1])
 
 
 def test_a_formulation_adds_to_that_of_a_table():

@@ -208,6 +208,11 @@ class TextColumn(NamedTuple):
     unit: str = ""
     codes: Array | None = None
 
+    @property
+    def texts(self) -> list[str]:
+        """The cells as texts without spaces around them."""
+        return [str(cell).strip() for cell in self.cells]
+
     def has_numbers(self) -> bool:
         """Say whether it is a column of numbers; if that is not certain, it is refused."""
         if self.problem or all(map(is_blank, self.cells)):
@@ -237,7 +242,7 @@ class TextColumn(NamedTuple):
 
     def holds_times(self) -> bool:
         """Say whether its texts are times such as 1:30, which may be durations."""
-        texts = [str(cell).strip() for cell in self.cells if not is_blank(cell)]
+        texts = [text for text in self.texts if not is_blank(text)]
         return bool(texts) and all(map(_TIME.fullmatch, texts))
 
     def gaps(self) -> Mask:
@@ -521,10 +526,7 @@ def _checked_texts(column: TextColumn, cells: Cells, marks: str) -> TextColumn:
     """Return a column that no notation can read, with what is wrong unless it is one of texts."""
     readings = [[_number(_plain(cell), mark) for cell in column.cells] for mark in marks]
     numbers = min(readings, key=lambda numbers: numbers.count(None))
-    texts = {}
-    for row, number in enumerate(numbers):
-        if number is None:
-            texts[row] = str(column.cells[row]).strip()
+    texts = dict(compress(enumerate(column.texts), [number is None for number in numbers]))
     has_numbers = np.isfinite(np.array(numbers, dtype=np.float64)).any()
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
@@ -575,7 +577,7 @@ def require_designs(
     for column in columns.values():
         if column.numbers is not None:
             continue
-        names = [str(cell).strip() for cell in column.cells]
+        names = column.texts
         for row, name in enumerate(names):
             is_computed = _SUM.fullmatch(name) is not None
             if is_computed and column is not naming:  # it may be the name of a supplier

@@ -194,13 +194,11 @@ def read_table(
         is_study = path is not None and isinstance(content, TestTable)
         if not isinstance(content, TestTable) and MARK in content[1]:
             content = tests_of_cells(content[1], content[0].columns)
-        if skip_rows and (path is None or isinstance(content, TestTable)):
-            rule = "left out for data in Python and for a table of tests"
-            raise invalid("skip_rows", rule, skip_rows)
         if isinstance(content, TestTable):
+            for name, value in (("skip_rows", skip_rows), ("variables", variables)):
+                if value:
+                    raise invalid(name, "left out for a table of tests, which has its own", value)
             table = content
-            if variables:
-                raise invalid("variables", "left out for a table, which has its own", variables)
         else:
             cells, head = content
             head = {**head, "decimal": decimal or head.get("decimal")}
@@ -247,6 +245,8 @@ def _content(
     kind = source_type(source)
     content: Any
     if kind != "file":
+        if skip_rows:
+            raise invalid("skip_rows", "left out for data in Python", [*skip_rows])
         content = _content_of_object(source, kind)
     elif Path(source).is_dir():
         content = tests_of_folder(Path(source))
@@ -350,7 +350,20 @@ def _designs(cells: Cells, head: Head, formulation: Formulation) -> Cells:
         ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
     columns = cells.columns
-    derived = _derived(columns)
+    place, mark = added_columns(columns, present=True)
+    derived: tuple[str, ...] = ()  # what a program has written beside the columns of designs
+    is_kept = [True] * len(cells.rows)
+    why = ""
+    if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
+        derived = RESULTS  # of a table of tests
+        is_kept = [status == "ok" for status in columns["status"]]
+        why = "not feasible"
+    elif {place, mark} <= {*columns} and all(map(_MARK.fullmatch, map(str, columns[mark]))):
+        derived = (place, mark)  # of a page
+        is_kept = [text != "prototype" for text in columns[mark]]
+        why = "prototypes of a page"
+    elif {*RANKING_COLUMNS} <= {*columns}:
+        derived = RANKING_COLUMNS
     is_stated = head.get("objectives") or formulation.objectives
     if not is_stated and (derived == RESULTS or (derived and "metadata" in head)):
         raise UnfitError(
@@ -359,25 +372,9 @@ def _designs(cells: Cells, head: Head, formulation: Formulation) -> Cells:
             "(Formulation(objectives=..., maximize=...))",
         )
     # A failed design may hold anything, so it is left out before numbers are read.
-    if derived == RESULTS:
-        cells = cells.kept([text == "ok" for text in columns["status"]], "not feasible")
-    elif derived and derived != RANKING_COLUMNS:  # exported by the page
-        marks = columns[derived[1]]
-        cells = cells.kept([mark != "prototype" for mark in marks], "prototypes of a page")
+    cells = cells.kept(is_kept, why)
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
-
-
-def _derived(columns: Mapping[str, list[Any]]) -> tuple[str, ...]:
-    """Return the columns that a table, a page or a ranking has written beside those of designs."""
-    place, mark = added_columns(columns, present=True)
-    if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
-        return RESULTS
-    if {place, mark} <= {*columns} and all(map(_MARK.fullmatch, map(str, columns[mark]))):
-        return place, mark
-    if {*RANKING_COLUMNS} <= {*columns}:
-        return RANKING_COLUMNS
-    return ()
 
 
 # The columns and their roles
@@ -671,12 +668,14 @@ def _table(
         numbers = np.array(_integers(columns[TEST].cells))  # none if one is no integer
         if len({*numbers.tolist()}) < len(cells.rows) or numbers.min() < 1:
             raise UnfitError(f"its column {TEST} must number the designs from 1; rename it")
-    schema, data = _typed(columns, roles, maximize, stated.units, formulation.units)
+    data = {name: _values(columns[name], role) for name, role in roles.items()}
+    of_cells = {name: column.unit for name, column in columns.items() if column.unit}
+    units = {**formulation.units, **of_cells, **stated.units}
     ranges = stated.with_objectives(_of_role(claims, OBJECTIVE)).ranges
     asked = Formulation(limits=stated.limits, normalize=stated.normalize, ranges=ranges or None)
     marks = {column.decimal for column in columns.values()}
     table = TestTable(
-        schema,
+        _schema(data, roles, units, maximize),
         data,
         numbers,
         decision=replace(decision, formulation=asked),
@@ -691,33 +690,19 @@ def _table(
     return _named_by_rows(table, cells.rows)
 
 
-def _typed(
-    columns: Mapping[str, TextColumn],
-    roles: Mapping[str, str],
-    maximize: Collection[str],
-    stated_units: Entries,
-    asked_units: Entries,
-) -> tuple[Schema, Columns]:
-    """Return the schema and the values of columns.
-
-    Args:
-        columns: The columns.
-        roles: The roles of those that the table has.
-        maximize: What is to be maximised.
-        stated_units: Units by name as the source states them.
-        asked_units: Those of columns for which it states none.
-    """
-    data: Columns = {}
-    schema = []
-    for name, role in roles.items():
-        data[name] = _values(columns[name], role)
-        column = Column(name, role, Kind.CHOICE)
-        if role != NOTE:  # a text has its unit in it
-            unit = stated_units.get(name, columns[name].unit) or asked_units.get(name, "")
-            is_maximized = name in maximize and role != VARIABLE
-            column = Column(name, role, kind_of_cells(data[name]), unit, is_maximized)
-        schema.append(column)
-    return Schema(tuple(schema)), data
+def _schema(
+    data: Columns, roles: Mapping[str, str], units: Entries, maximize: Collection[str]
+) -> Schema:
+    """Return what the columns of a table are; a text has its unit in it."""
+    columns = []
+    for name, cells in data.items():
+        column = Column(name, roles[name], Kind.CHOICE)
+        if column.role != NOTE:
+            is_maximized = name in maximize and column.role != VARIABLE
+            kind = kind_of_cells(cells)
+            column = Column(name, column.role, kind, units.get(name, ""), is_maximized)
+        columns.append(column)
+    return Schema(tuple(columns))
 
 
 def _values(column: TextColumn, role: str) -> AnyArray:
@@ -740,10 +725,9 @@ def _values(column: TextColumn, role: str) -> AnyArray:
         return np.array(integers, dtype=np.int64)
     if column.numbers is not None:
         return column.numbers
-    texts = [str(cell).strip() for cell in column.cells]
-    if {*texts} <= {"True", "False"}:
-        return np.array([text == "True" for text in texts])
-    return np.fromiter(texts, object)
+    if {*column.texts} <= {"True", "False"}:
+        return np.asarray(np.array(column.texts) == "True")
+    return np.fromiter(column.texts, object)
 
 
 def _failures(table: TestTable) -> list[str]:
