@@ -30,13 +30,13 @@ def evenly_spread(n: int, most: int) -> Rows:
 
 
 def encoded(space: DesignSpace, places: Array) -> Array:
-    """Return ``(n, n_searched)`` places of designs between the bounds as surrogates see them.
+    """Return ``(n, n_var)`` places of designs between the bounds as surrogates see them.
 
     Places of the same design are equal there. An integer is its place between its bounds. A choice
     has a column for every option, as options have no order.
     """
     columns = []
-    for variable, u in zip(space.searched, places.T, strict=True):
+    for variable, u in zip(space.searched, places.T[space.are_searched], strict=True):
         if variable.kind.real:
             columns.append(u)
             continue

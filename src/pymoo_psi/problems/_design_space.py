@@ -170,9 +170,21 @@ class DesignSpace:
         return replace(self, variables=free, equalities=())
 
     @property
+    def are_searched(self) -> Mask:
+        """``(n_var,)`` for which variables points have a coordinate: those with two values or more.
+
+        If none of the free ones has two values, it is all of these.
+        """
+        free = self._are_free()
+        varied = free & (self.lower < self.upper)
+        if self.equalities:
+            varied[self._polytope.dependent] = False
+        return varied if varied.any() else free
+
+    @property
     def searched(self) -> tuple[Variable, ...]:
-        """The variables for which points have a coordinate: those with two values or more."""
-        return tuple(compress(self.variables, self._are_searched()))
+        """The variables for which points have a coordinate."""
+        return tuple(compress(self.variables, self.are_searched))
 
     @property
     def finite(self) -> bool:
@@ -184,7 +196,7 @@ class DesignSpace:
 
         Its type is that of the variables if they have one in common, else object.
         """
-        pairs = zip(self.variables, self._places_at(points).T, strict=True)
+        pairs = zip(self.variables, self.places_at(points).T, strict=True)
         columns = [variable.values(places) for variable, places in pairs]
         return matrix_of(columns, len(points))
 
@@ -194,10 +206,10 @@ class DesignSpace:
         A discrete value gives the middle of its part of [0, 1), a bound of a real one an end. A
         value outside the bounds gives the nearest end.
         """
-        points = np.clip(self._places(matrix), 0, 1)
+        points = np.clip(self.places(matrix), 0, 1)
         if self.equalities:
             points = self._polytope.points(points)
-        return points[:, self._are_searched()]
+        return points[:, self.are_searched]
 
     def are_near(self, matrix: AnyArray, reach: float = 0.0) -> Mask:
         """Return ``(n,)`` whether the rows of a matrix are designs within the bounds.
@@ -215,29 +227,21 @@ class DesignSpace:
         return are_near
 
     def places(self, matrix: AnyArray) -> Array:
-        """Return ``(n, n_searched)`` places of designs between the bounds of their variables.
+        """Return ``(n, n_var)`` places of designs between the bounds of their variables.
 
         They are 0 and 1 at the bounds, and less or more outside.
         """
-        return self._places(matrix)[:, self._are_searched()]
-
-    def places_at(self, points: Array) -> Array:
-        """Return the ``(n, n_searched)`` places of the designs at points.
-
-        They differ from the points where the range of a variable depends on others.
-        """
-        return self._places_at(points)[:, self._are_searched()]
-
-    def _places(self, matrix: AnyArray) -> Array:
-        """Return ``(n, n_var)`` places of designs between the bounds of all variables."""
         pairs = zip(self.variables, matrix.T, strict=True)
         return np.column_stack([variable.places(values) for variable, values in pairs])
 
-    def _places_at(self, points: Array) -> Array:
-        """Return ``(n, n_var)`` places of designs between the bounds of all variables."""
+    def places_at(self, points: Array) -> Array:
+        """Return the ``(n, n_var)`` places of the designs at points.
+
+        They differ from the points where the range of a variable depends on others.
+        """
         # 0 is the lower bound or the first option: the only value of variables without coordinate
         places = np.zeros((len(points), len(self.variables)))
-        places[:, self._are_searched()] = points
+        places[:, self.are_searched] = points
         if self.equalities:
             places = self._polytope.positions(places)
         return places
@@ -267,14 +271,6 @@ class DesignSpace:
                 column = next(vectors)
             columns.append(column)
         return np.column_stack(columns)
-
-    def _are_searched(self) -> Mask:
-        """Return which variables are searched: all free ones if none has two values."""
-        free = self._are_free()
-        varied = free & (self.lower < self.upper)
-        if self.equalities:
-            varied[self._polytope.dependent] = False
-        return varied if varied.any() else free
 
     @property
     def _polytope(self) -> Polytope:
