@@ -346,6 +346,7 @@ class GaussianProcess:
 
     def __init__(self, covariance: Covariance, t: Array) -> None:
         self._covariance = covariance
+        self._t = t
         columns = np.column_stack([np.ones(len(t)), t])
         ones, solved = cho_solve((covariance.factor, True), columns, check_finite=False).T
         self.mean = ones @ t / ones.sum()
@@ -363,10 +364,10 @@ class GaussianProcess:
         """Return the ``(k,)`` standard deviations at designs."""
         return np.asarray(np.sqrt(self.variance * self._covariance.unexplained(Z)))
 
-    def left_out(self, t: Array) -> tuple[Array, Array]:
+    def left_out(self) -> tuple[Array, Array]:
         """Return ``(n,)`` means and variances of each value, given all others (eq. 5.12)."""
         diagonal = np.diag(_inverse(self._covariance.factor))
-        return t - self._weights / diagonal, self.variance / diagonal
+        return self._t - self._weights / diagonal, self.variance / diagonal
 
 
 def _inverse(factor: Array) -> Array:
@@ -433,7 +434,7 @@ class OutputFit:
             kernel = fit_kernel(Z[is_violated], t[is_violated])
             t = _continued(Covariance(Z, kernel), t, scale)
         kernel = fit_kernel(Z, t)
-        mean, variance = GaussianProcess(Covariance(Z, kernel), t).left_out(t)
+        mean, variance = GaussianProcess(Covariance(Z, kernel), t).left_out()
         squares = (t - mean) ** 2
         terms = np.log(2 * np.pi * variance) + squares / variance
         # densities of y, as those of t cannot be compared between scales

@@ -279,10 +279,12 @@ class ProgramProblem(ElementwiseProblem):
                 values[name] = variable.options[0]
             else:
                 values[name] = variable.vtype(variable.lb)
-        self._placeholders.fill("command", self.program.command, values)
-        for file in self.program.files:
-            self._placeholders.fill(file, text_of(self._template / file), values)
-        used = self._placeholders.used
+        texts = [("command", self.program.command)]
+        texts += [(file, text_of(self._template / file)) for file in self.program.files]
+        used = set()
+        for where, text in texts:
+            self._placeholders.fill(where, text, values)
+            used |= self._placeholders.names_in(text)
         if "seed" in used and "seed" not in self.variables:
             self.noisy = True
         for expression in self.known_expressions.values():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import defaultdict
 from collections.abc import Collection
 from numbers import Real
 from typing import Any
@@ -206,14 +205,13 @@ class Robust(Wrapper):
             moved[..., self._columns] += self.offsets[:, None]
         if len(self.problems) == 1:  # the same in all scenarios: it is called once for all
             moved = moved.reshape(1, -1, designs.shape[1])
-        parts = defaultdict(list)
+        parts = []
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
             # what FailureTolerant gives a failed design does not count
             out = evaluate_designs(untolerant(problem), self.space.designs(rows), **kwargs)
-            for name in ("F", "G", "H", "failure"):
-                parts[name].append(out[name])
-        F, G, H, failure = map(np.concatenate, parts.values())
+            parts.append([out[name] for name in ("F", "G", "H", "failure")])
+        F, G, H, failure = map(np.concatenate, zip(*parts, strict=True))
         valid = competes(F, meets_constraints(G, H) & (failure == ""))
         size = (len(self.offsets), len(designs))
         return F.reshape(*size, -1), valid.reshape(size), failure.reshape(size)

@@ -61,9 +61,6 @@ class Placeholders:
     Args:
         marks: How a placeholder is written, such as ``{name}``.
         names: The variables.
-
-    Attributes:
-        used: The variables of the placeholders that have been filled.
     """
 
     def __init__(self, marks: str, names: Names) -> None:
@@ -76,7 +73,6 @@ class Placeholders:
                 "write them such as '@name@'",
             )
         self.marks = marks
-        self.used: set[str] = set()
         before, after = map(re.escape, parts.groups())
         name = rf"(?<!\w)(?:{'|'.join(map(re.escape, names))})(?!\w)"
         inside = rf"(?!{before}|{after})."  # of the marks
@@ -97,6 +93,10 @@ class Placeholders:
             re.VERBOSE,
         )
 
+    def names_in(self, text: str) -> set[str]:
+        """Return the variables that have placeholders in a text."""
+        return {match["name"] for match in self._pattern.finditer(text)} - {None}
+
     def fill(self, where: str, text: str, values: Entries) -> str:
         """Return a text with values for its placeholders.
 
@@ -114,7 +114,6 @@ class Placeholders:
                 return match["literal"]
             problem = ""
             if match["name"]:
-                self.used.add(match["name"])
                 try:
                     return format(values[match["name"]], (match["format"] or "")[1:])
                 except ValueError as error:
