@@ -190,9 +190,7 @@ def _least_regret(
 ) -> str:
     """Return which design costs somebody least at worst, and what every other one costs.
 
-    What a design costs a position is its greatest loss against the choice of the position, in
-    shares of the ranges, each multiplied by the weight of the objective over the greatest one.
-    In an objective in which all designs left are equal, the range is that of these and the choices.
+    What a design costs a position is its greatest loss against the choice of the position.
 
     Args:
         table: The tests.
@@ -201,17 +199,14 @@ def _least_regret(
         lengths: ``(m,)`` the ranges.
     """
     ranking = table.feasible_ranking()
-    front = np.flatnonzero(ranking.pareto)
-    values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
-    of_all = unit_lengths(values.min(axis=0), values.max(axis=0))
-    lengths = np.where(np.isfinite(lengths), lengths, of_all)
-    weights = _relative_weights(positions, table.schema.objectives)
-    losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
+    objectives = table.schema.objectives
+    values = ranking.objectives.minimized[ranking.front]
+    losses = _losses(values, choices, lengths, _relative_weights(positions, objectives))
     regrets = losses.max(axis=2, initial=0.0)
     greatest = regrets.max(axis=1)
     keys = np.array([regrets.sum(axis=1), greatest])
     best, *others = np.lexsort(np.round(keys / _TIE))
-    design = ranking.name_of(int(front[best]))
+    design = ranking.name_of(int(ranking.front[best]))
     if greatest[best] < _TIE:
         return sentence("no regret", design=capital(design))
     who, objective = np.argwhere(losses[best] >= greatest[best] - _TIE)[0]
@@ -223,9 +218,27 @@ def _least_regret(
         design=design,
         name=positions[who]["name"],
         share=percent(greatest[best], table.decimal),
-        objective=table.schema.objectives[objective],
+        objective=objectives[objective],
         others=rest,
     )
+
+
+def _losses(values: Array, choices: Array, lengths: Array, weights: Array) -> Array:
+    """Return ``(k, p, m)`` losses of k designs against p choices, in weighted shares of the ranges.
+
+    In an objective in which all designs left are equal, the range is that of these and the choices.
+
+    Args:
+        values: ``(k, m)`` objectives of the designs, minimised.
+        choices: ``(p, m)`` those of the choices.
+        lengths: ``(m,)`` the ranges; infinite where the designs are equal.
+        weights: ``(p, m)`` of the objectives, by those who chose.
+    """
+    p = len(choices)
+    F = without_rounding(np.vstack([choices, values]))
+    of_all = unit_lengths(F.min(axis=0), F.max(axis=0))
+    lengths = np.where(np.isfinite(lengths), lengths, of_all)
+    return np.asarray((F[p:, None] - F[:p]) / lengths * weights)
 
 
 def _relative_weights(positions: Sequence[Entries], objectives: Names) -> Array:

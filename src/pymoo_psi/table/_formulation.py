@@ -273,7 +273,8 @@ class Formulation:
             return schema
         self._require_names(schema)
         columns = {}
-        for column in (*schema.with_role(OUTPUT), *schema.columns):  # the outputs are first
+        # Outputs of the model stay before those that become outputs here.
+        for column in (*schema.with_role(OUTPUT), *schema.columns):
             columns[column.name] = column
         for name in self.computed:
             columns[name] = Column(name, OUTPUT)
