@@ -144,10 +144,7 @@ def _matrix(designs: Any, variables: Sequence[Column] | None) -> tuple[AnyArray,
             if variables is None:
                 variables = [Column(name, VARIABLE, None) for name in rows[0]]
             rows = _rows_of_mappings(rows, [column.name for column in variables])
-        array = np.array(rows, dtype=object)
-        types = {type(plain(cell)) for cell in array.ravel().tolist()}
-        if types == {int, float} and not (variables and all(column.kind for column in variables)):
-            array = array.astype(np.float64)
+        array = _array_of_rows(rows, variables)
     if variables is None and array.ndim == 2:
         variables = Schema.of(array.shape[1]).with_role(VARIABLE)
     n_var = "n_var" if variables is None else len(variables)
@@ -162,3 +159,14 @@ def _rows_of_mappings(rows: Sequence[Any], names: Names) -> list[list[Any]]:
         if not isinstance(row, Mapping) or row.keys() != {*names}:
             raise invalid("X", f"mappings of the variables {', '.join(names)}", row)
     return [[row[name] for name in names] for row in rows]
+
+
+def _array_of_rows(rows: Sequence[Any], variables: Sequence[Column] | None) -> AnyArray:
+    """Return rows of cells as an array of objects; of real numbers if no kind says otherwise."""
+    array = np.array(rows, dtype=object)
+    if variables and all(column.kind for column in variables):
+        return array
+    types = {type(plain(cell)) for cell in array.ravel().tolist()}
+    if types == {int, float}:
+        return array.astype(np.float64)
+    return array
