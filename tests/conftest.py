@@ -10,7 +10,9 @@ import cloudpickle
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
+from tests.helpers.processes import LONG
+
+# Before NumPy is loaded, here and in what tests start: the processes of pytest-xdist use all cores, and
 # threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 # A study is written to the disk after each round, which takes milliseconds, in memory none.
@@ -169,3 +171,25 @@ def pytest_report_header():
 def in_folder(tmp_path, monkeypatch):
     """The folder of the test is the current one."""
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium without a window; one serves all tests of a file."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    names = ("chromium", "chromium-browser", "google-chrome")
+    program = next((path for name in names if (path := shutil.which(name))), None)
+    if program is None:
+        pytest.skip("no Chromium on this machine: apt-get install chromium")
+    switches = (
+        "headless no-sandbox disable-gpu disable-software-rasterizer disable-quic no-first-run"
+        " disable-background-networking disable-component-update disable-sync"
+    )
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=program,
+            args=[f"--{switch}" for switch in switches.split()],
+            timeout=1000 * LONG,
+        )
+        yield browser
+        browser.close()

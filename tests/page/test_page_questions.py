@@ -10,7 +10,6 @@ from pymoo_psi._numbers import percents
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Formulation
-from tests.page.test_page_browser import browser, show, visit, window  # noqa: F401
 
 CARS = pd.DataFrame(
     {
@@ -33,7 +32,7 @@ def asked(reader):
     return tuple(name.text_content()[1:].strip() for name in reader.page.locator("#pair h3").all())
 
 
-def test_keys_answer_and_the_command_goes_on(show, tmp_path, capsys):  # noqa: F811
+def test_keys_answer_and_the_command_goes_on(show, tmp_path, capsys):
     person = Preferences(read_table(CARS, ASKED))
     reader = show(page_of(CARS))
     reader.press("Enter", on=reader.page.get_by_role("button", name="Help me choose"))
@@ -67,7 +66,7 @@ def test_keys_answer_and_the_command_goes_on(show, tmp_path, capsys):  # noqa: F
     assert reader.state["positions"][-1]["answers"] == json.loads(json.dumps(kept["answers"]))
 
 
-def test_people_take_turns_on_one_page(show):  # noqa: F811
+def test_people_take_turns_on_one_page(show):
     reader = show(page_of(CARS))
     of_ann = {
         "answers": [["Town", ">", "Coast"]],
@@ -108,7 +107,7 @@ def test_people_take_turns_on_one_page(show):  # noqa: F811
 
 
 @pytest.mark.slow
-def test_shares_of_two_people_and_what_suits_both(show):  # noqa: F811
+def test_shares_of_two_people_and_what_suits_both(show):
     reader = show(page_of(CARS))
     shares, written = {}, []
     for name, answers in (
@@ -132,7 +131,7 @@ def test_shares_of_two_people_and_what_suits_both(show):  # noqa: F811
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("frame", "n_buttons"), [(CARS[:1], 0), (CARS * 0 + 1, 1), (CARS[:2], 1)])
-def test_few_or_equal_designs_leave_nothing_to_ask(show, frame, n_buttons):  # noqa: F811
+def test_few_or_equal_designs_leave_nothing_to_ask(show, frame, n_buttons):
     reader = show(page_of(frame))
     button = reader.page.get_by_role("button", name="Help me choose")
     assert button.count() == n_buttons

@@ -26,7 +26,6 @@ from tests.helpers.models import Model
 from tests.helpers.processes import LONG, posix, until
 from tests.helpers.refusals import interrupted, refused
 from tests.helpers.steered import Steered
-from tests.page.test_page_browser import browser  # noqa: F401
 
 Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
 
@@ -99,7 +98,7 @@ def proposed(study_file):
 
 @posix
 @pytest.mark.slow
-def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):  # noqa: F811
+def test_two_watch_and_steer_a_killed_run(browser, tmp_path, study_file):
     (tmp_path / "model.py").write_text(MODEL)
     run = begun(tmp_path)
     with live(study_file, steer=True, port=0) as view:
