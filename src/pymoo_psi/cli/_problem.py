@@ -220,15 +220,8 @@ def _literal(text: str) -> Any:
         return text
 
 
-def set_runner(problem: Problem, options: Options) -> Runner | None:
-    """Let other processes evaluate a problem, as ``--jobs``, ``--timeout`` and ``--cluster`` say.
-
-    Args:
-        problem: The problem; one that evaluates one design at a time gets a runner.
-        options: The options.
-
-    Returns:
-        The runner for a problem that takes many designs at once.
+def runner_of(problem: Problem, options: Options) -> Runner | None:
+    """Return the runner of a problem that ``--jobs``, ``--timeout`` and ``--cluster`` ask for.
 
     Raises:
         PsiError: The options contradict each other, or there is no such cluster.
@@ -243,16 +236,6 @@ def set_runner(problem: Problem, options: Options) -> Runner | None:
         raise invalid("--cluster", rule, options.algorithm)
     if isinstance(layers(problem)[-1], ProgramProblem):
         timeout = None  # the program's own
-    runner = _runner(options, timeout)
-    if not problem.elementwise:
-        return runner
-    if runner is not None:
-        problem.elementwise_runner = runner
-    return None
-
-
-def _runner(options: Options, timeout: float | None) -> Runner | None:
-    """Return the runner that the options ask for, if any."""
     if options.cluster is not None:
         return _cluster_runner(options.cluster, timeout)
     if options.jobs == 1 and timeout is None:

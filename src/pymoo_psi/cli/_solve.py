@@ -48,7 +48,7 @@ from pymoo_psi.cli._console import (
     write_frame,
 )
 from pymoo_psi.cli._documents import write_ranking
-from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
+from pymoo_psi.cli._problem import load_problem, runner_of, try_program, write_example
 from pymoo_psi.cli._source import (
     decision_in,
     require_free_names,
@@ -180,7 +180,10 @@ def _prepared(options: Options, problem: Problem, settings: RunOptions) -> RunOp
     """Return the settings with formulation and runner, once the tests of ``--from`` are there."""
     model = Model(problem, settings)
     require_free_names((*model.schema.names, *model.formulation.computed))
-    runner = set_runner(problem, options)
+    runner = runner_of(problem, options)
+    if problem.elementwise and runner is not None:
+        problem.elementwise_runner = runner  # pymoo's place for it
+        runner = None
     _import(problem, options, settings)
     return replace(settings, formulation=model.formulation, runner=runner)
 
