@@ -47,7 +47,6 @@ from pymoo_psi.table import (
     kinds_of_columns,
 )
 
-_OVER = "; over when the run began"
 # Seconds between two looks at what people ask; each look takes about a millisecond.
 _SECONDS = 0.5
 
@@ -362,11 +361,11 @@ class StudyStore(Store):
         steering = self.study.facts().steering
         requests = []
         for request in steering[self._n_requests or 0 :]:
-            answer = request["answer"]
-            if answer.endswith(_OVER):
+            if request["is_over"]:
                 continue
             if self._n_requests is None and request["action"] not in LASTING:
-                self.answer(request | {"answer": answer + _OVER})
+                answer = f"{request['answer']}; over when the run began"
+                self.answer(request | {"answer": answer, "is_over": True})
             elif request["run"] in (0, self.run):
                 requests.append(request)
         self._n_requests = len(steering)

@@ -99,23 +99,33 @@ class FutureRunner(Runner):
                     yield None
                     continue
                 finished = sent.pop(future)
-                try:
-                    answer = self.answer(future)
-                except PsiError:  # the guard in the worker has raised it
-                    raise
-                except Exception as error:
-                    _require_engine(error, finished, queue)
-                    if not finished.is_again:
-                        for design in finished.designs:
-                            send(finished._replace(designs=deque([design]), is_again=True))
-                        continue
-                    index, _ = finished.designs[0]
-                    loss = OSError(f"its worker was lost ({one_line(error)})")
-                    answer = [(index, loss, 0.0)], None, {}
-                yield from queue.results_of(*answer)
-                queue.take_back(finished.designs)
+                answer = self._answer_to(finished, future, queue)
+                if answer is None:
+                    for design in finished.designs:
+                        send(finished._replace(designs=deque([design]), is_again=True))
+                else:
+                    yield from queue.results_of(*answer)
+                    queue.take_back(finished.designs)
         finally:
             self.give_up(job.run, sent)
+
+    def _answer_to(self, job: Job, future: Any, queue: Queue) -> Answer | None:
+        """Return the answer to a job, or ``None`` if the engine gives it up for the first time.
+
+        Raises:
+            WorkerError: No job of the queue can be done.
+        """
+        try:
+            return self.answer(future)
+        except PsiError:  # the guard in the worker has raised it
+            raise
+        except Exception as error:
+            _require_engine(error, job, queue)
+            if not job.is_again:
+                return None
+            index, _ = job.designs[0]
+            loss = OSError(f"its worker was lost ({one_line(error)})")
+            return [(index, loss, 0.0)], None, {}
 
     def job(self, function: Function) -> Job:
         """Return a job of a new run, yet without designs.

@@ -324,7 +324,7 @@ class Database:
         steering = self.get("steering")
         number = request.get("number", len(steering) + 1)
         new = {"number": number, "time": now(), "run": 0, "answer": "waits for the run"}
-        steering[number - 1 : number] = [new | request]
+        steering[number - 1 : number] = [{**new, "is_over": False, **request}]
         self._set("steering", steering)
 
     # Runs

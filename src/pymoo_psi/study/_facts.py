@@ -97,8 +97,9 @@ class Facts(NamedTuple):
             are those of all runs together.
         runs: The runs.
         steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
-            ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
-            ``run``, the run that has answered, or 0.
+            ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer``,
+            ``run``, the run that has answered, or 0, and ``is_over``, whether a later run has begun
+            that does not follow it.
         share: For a share of an investigation: its part and the number of parts.
         id: A random name.
         process: The machine and the number of the last process that added tests.
