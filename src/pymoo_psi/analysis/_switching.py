@@ -46,8 +46,6 @@ from pymoo_psi.table import Limit, TestTable, require_table
 if TYPE_CHECKING:
     import pandas as pd
 
-_MOST_DESIGNS = 500  # of more Pareto-optimal ones, a sentence is not worth its time
-
 
 def switching_values(table: TestTable) -> pd.DataFrame:
     """Return the values of limits at which the recommendation changes.
@@ -280,8 +278,8 @@ def _may_be_nearer(F: Array, b: Array, U: Array, scales: Array) -> Mask:
 def switching_sentences(table: TestTable) -> list[str]:
     """Return sentences on the tighter and the looser limits that change the best design.
 
-    :func:`switching_values` returns the numbers. The list is empty if more than 500 designs are
-    Pareto optimal, or if no limit changes the best design.
+    :func:`switching_values` returns the numbers. The list is empty if no limit changes the best
+    design.
 
     Raises:
         ArgumentValueError: There is no design to rank.
@@ -294,8 +292,6 @@ def switching_sentences(table: TestTable) -> list[str]:
         proposed.'
     """
     require_table(table)
-    if table.feasible_ranking().pareto.sum() > _MOST_DESIGNS:
-        return []
     sentences = []
     values = switching_values(table).dropna(subset="value").to_dict("records")
     for direction in ("tighter", "looser"):

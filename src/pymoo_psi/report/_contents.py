@@ -70,7 +70,6 @@ _LIMIT_WORDS = {
     ("upper", "looser"): "up to",
     ("lower", "looser"): "down to",
 }
-_MOST_OPTIMAL = 500  # of more Pareto-optimal designs, switching values are not worth their time
 _KEPT = "/:;,=+"  # characters of a drawing that an address may have
 _DPI = 200  # markers too many to be drawn one by one are an image, as fine as on good paper
 _DIGITS = 6
@@ -289,9 +288,7 @@ class Choice:
         """Return at which limits another design is proposed, and where none would be left."""
         rows = []
         best = []  # objectives in which no design is better
-        changes: list[Any] = []
-        if self.ranking.pareto.sum() <= _MOST_OPTIMAL:
-            changes = switching_values(self.table).dropna(subset="value").to_dict("records")
+        changes = switching_values(self.table).dropna(subset="value").to_dict("records")
         for change in changes:
             name = change["column"]
             if is_best(change):
