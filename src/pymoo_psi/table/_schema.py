@@ -453,62 +453,9 @@ def choice_texts(cells: AnyArray) -> AnyArray:
     return np.fromiter(map(option_text, cells.tolist()), object)
 
 
-def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
-    """Return the headings of columns in a file: with units, unless another column is called so."""
-    headings = {}
-    for name in names:
-        headings[name] = with_unit(name, units.get(name, ""))
-        if headings[name] in names:
-            headings[name] = name
-    return headings
-
-
-def names_of(headings: Names, units: Mapping[str, str]) -> list[str]:
-    """Return the names of columns by their headings, with units or without."""
-    names = {with_unit(name, unit): name for name, unit in units.items() if name not in headings}
-    return [names.get(heading, heading) for heading in headings]
-
-
 def error_column(objective: str) -> str:
     """Return the name of the output with the standard errors of an objective."""
     return f"{objective} standard error"
-
-
-def result_columns(names: Collection[str]) -> dict[str, str]:
-    """Return the names in a frame or file of status, violated, reason and pareto.
-
-    Args:
-        names: The columns of the table. Those of another program's file keep their names.
-    """
-    return {name: free_name(name, names, "pymoo-psi") for name in RESULTS}
-
-
-def free_name(name: str, names: Collection[str], mark: str) -> str:
-    """Return a name that none of some others has: with a mark behind it, if needed repeatedly.
-
-    Example:
-        >>> free_name("status", ["mass", "status"], "pymoo-psi")
-        'status (pymoo-psi)'
-    """
-    while name in names:
-        name = f"{name} ({mark})"
-    return name
-
-
-def added_columns(names: Collection[str], *, present: bool = False) -> tuple[str, str]:
-    """Return the names of the two columns that an export of the page adds, place and mark.
-
-    Args:
-        names: The columns of the table, which keep their names.
-        present: Whether these are the columns of an export, so that the two are among them.
-    """
-    added = []
-    for name in ("place", "mark"):
-        further = f"{name} (pymoo-psi)"
-        while further in names or (name in names and not present):
-            name, further = further, f"{further} (pymoo-psi)"
-        added.append(name)
-    return added[0], added[1]
 
 
 def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:

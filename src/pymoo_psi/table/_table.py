@@ -56,9 +56,8 @@ from pymoo_psi.table._schema import (
     VARIABLE,
     Column,
     Schema,
-    result_columns,
 )
-from pymoo_psi.table._storage import columns_of, marked, reason_cells, write_csv
+from pymoo_psi.table._storage import columns_of, marked, reason_cells, result_columns, write_csv
 from pymoo_psi.table._view import View, checked_numbers, columns_of_matrix, require_distinct
 
 if TYPE_CHECKING:
