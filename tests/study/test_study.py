@@ -178,6 +178,17 @@ def test_no_other_test_can_be_changed(study):
     assert bits(read(study.path)[1]) == bits(block(1, 4, failed=[2]))
 
 
+def test_tests_of_one_block_are_stored_as_those_of_many(tmp_path):
+    """A design that fails at the second point is solved at the fifth."""
+    parts = block(1, 3, failed=[2]), block(1, 3) | {"test_point": np.arange(4, 7)}
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    whole, single = begun(tmp_path / "whole.db"), begun(tmp_path / "single.db")
+    assert whole.append(columns) == 3
+    assert sum(single.append(rows(columns, [i])) for i in range(6)) == 4  # one of them twice
+    assert bits(whole.contents()[1]) == bits(single.contents()[1])
+    assert (whole.contents()[1]["status"] == "ok").all()
+
+
 # A value that can go anywhere
 
 

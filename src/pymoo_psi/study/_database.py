@@ -377,7 +377,9 @@ class Database:
         proposals = self.assigned("run = ? AND point BETWEEN ? AND ?", run, first, last)
         return [proposal for *_, proposal in proposals]
 
-    def assigned(self, where: str = "test", *arguments: int) -> list[tuple[int, int, Proposal]]:
+    def assigned(
+        self, where: str = "test NOT NULL", *arguments: int
+    ) -> list[tuple[int, int, Proposal]]:
         """Return the run and the test of proposals, by default of those that have a test."""
         query = f"SELECT run, test, point, proposal FROM plan WHERE proposal NOT NULL AND {where}"
         rows = []
