@@ -8,9 +8,10 @@ const list = (array) => [...array]
 // Only fronts, places and orders, one state after the other as a slider passes them.
 function drag({payload, states}) {
   const data = Logic.decode(payload)
+  let ranking = null
   return states.map((given) => {
     const {state} = Logic.checked(given)
-    const ranking = Logic.ranked(Logic.limited(state).mask)
+    ranking = Logic.ranked(Logic.limited(state).mask, null, ranking)
     const {front, place} = ranking
     return {front: list(front), place: list(place), order: list(Logic.ordered(ranking, state))}
   })

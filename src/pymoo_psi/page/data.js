@@ -61,14 +61,16 @@ function addDesigns(more) {
     prototypes: upTo(names.length).subarray(n),
     rowOf: new Map(names.map((name, row) => [name, row])),
     dominator: new Int32Array(n).fill(-1), // of each design, the one found last, see `frontOf`
-    boxes: null,
+    boxes: null, // see `boxesOf`
     orders: [], // of the designs by an objective
     more: [...data.more, ...more],
     alphabetic: null,
-    last: null, // the front before
   })
   // What was dominated stays so.
-  if (more.length) data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorAmong(i, all) < 0)
+  if (more.length) {
+    const boxes = boxesWithin(all)
+    data.optimal = Uint8Array.from(data.designs, (i) => data.optimal[i] !== 0 && dominatorOf(boxes, pointOf(i), all) < 0)
+  }
   data.whole = ranked(all)
   if (more.length) for (const column of data.numeric) {
     column.axis = [1, -1].map((sign, k) => endOf([column.axis[k], endOf(column.values, sign, data.whole.front)], sign))

@@ -65,9 +65,7 @@ function* changeAt(now, moved) {
   const changed = (step) => {
     const inside = new Uint8Array(data.total)
     for (const row of rows) if (lets(row, step)) inside[row] = 1
-    const {last} = data // the slider goes on from there
-    const {best} = ranked(inside, now.fixed)
-    data.last = last
+    const {best} = ranked(inside, now.fixed, now)
     const isSame = proposed < 0 ? !best.length : best.includes(proposed)
     return isSame ? null : best[0] ?? -1
   }
@@ -85,7 +83,7 @@ function* changeAt(now, moved) {
 // The designs that count where a limit moves, their values as it passes them, and which of them it lets in.
 function stepsOf(now, {column: {values}, end, looser, isWorse, mask, present}) {
   let rows = picked(data.designs, (i) => mask[i])
-  if (isWorse) rows = looser ? ranked(mask).front : now.front // it rejects no other design without those that it dominates
+  if (isWorse) rows = looser ? ranked(mask, null, now).front : now.front // it rejects no other design without those that it dominates
   const isBeyond = (value, limit) => (end ? value > limit : value < limit)
   const steps = unique(gathered(values, rows).sort()).filter((value) => value === value && (!looser || isBeyond(value, present)))
   if (looser !== (end === 1)) steps.reverse()

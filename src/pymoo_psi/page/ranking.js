@@ -46,7 +46,7 @@ function distances(F, {ideal, scale}, rows) {
 }
 
 // The ranking of the rows left (pareto's rank_of_efficiency), with the points U and N of another
-// frame if one is given.
+// frame if one is given; from a former ranking, of other limits, it takes less time.
 //   mask, rows, count     what was ranked, without prototypes
 //   front, byPlace        the Pareto-optimal rows, and these by place
 //   pareto, place         by row; only Pareto-optimal rows have a place, others have 0
@@ -54,11 +54,11 @@ function distances(F, {ideal, scale}, rows) {
 //   ideal, nadir          in the original direction
 //   best                  the rows of the Salukvadze optimum, which have place 1
 //   frame                 the points U and N
-function ranked(mask, fixed = null) {
+function ranked(mask, fixed = null, former = null) {
   const {n, total, F} = data
   const rows = picked(data.designs, (i) => mask[i])
   const pareto = new Uint8Array(total)
-  const front = rows.length ? frontOf(mask, rows) : rows
+  const front = rows.length ? frontOf(mask, rows, former) : rows
   const frame = frameOf(F, front, data.normalize, fixed)
   const mu1 = distances(F, frame, rows.length ? joined(rows, data.prototypes) : rows)
   for (const row of front) pareto[row] = 1

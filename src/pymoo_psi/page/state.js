@@ -98,7 +98,7 @@ function lead() {
   if (filter !== filtered) {
     filtered = filter
     kept = limited(state)
-    ranking = ranked(kept.mask, state.fixed ? data.fixed : null)
+    ranking = ranked(kept.mask, state.fixed ? data.fixed : null, ranking)
     switchLater()
   }
   verdict = verdictOn(ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
