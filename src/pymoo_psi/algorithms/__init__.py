@@ -74,8 +74,8 @@ Inside, a run (``_run``) joins three parts. A source (``_sources``, ``_surrogate
 points and receives the finished tests. An executor (``_executor``) evaluates points, singly on
 parallel workers or in blocks. A store (``_store``) reads tests from a study and writes them to it.
 :class:`PSI` and :class:`SurrogatePSI` derive from the same adapter of a run to pymoo
-(``PointAlgorithm``), each with its source; :func:`investigate` and :class:`Recorded` use runs
-directly.
+(``PointAlgorithm``), each with its source; ``_individuals`` converts tests into pymoo's individuals
+and back. :func:`investigate` and :class:`Recorded` use runs directly.
 
 Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate`;
 :func:`sections` through a design, from surrogates of the tests; :func:`nsga3`; :class:`Recorded`;

@@ -166,8 +166,11 @@ class Executor:
         is_here = model.problem.elementwise or options.runner is None
         self.recurs = model.space.finite and not model.noisy and is_here and not together
         if self.has_designs:
+            runner = model.problem.elementwise_runner
+            if not isinstance(runner, Runner):  # pymoo's, which is a loop
+                runner = None
             function = CheckedFunction(model.inner, {}, seeded=model.noisy)
-            self.queue = Queue(function, _runner_of(model.problem))
+            self.queue = Queue(function, runner)
         else:
             if options.study is not None or self.recurs:
                 options = replace(options, keep="all")
@@ -354,14 +357,6 @@ class Executor:
 def _seed(number: int, repeat: int) -> int:
     """Return the seed of a test of a noisy model, from 0 to 2³¹ - 1."""
     return zlib.crc32(f"{number} {repeat}".encode()) >> 1
-
-
-def _runner_of(problem: Any) -> Runner:
-    """Return the runner of a problem whose designs are evaluated one by one."""
-    runner = problem.elementwise_runner
-    if not isinstance(runner, Runner):  # pymoo's, which is a loop
-        return Runner()
-    return runner
 
 
 def _queue_of_points(model: Model, options: RunOptions, together: bool) -> Queue:

@@ -58,7 +58,7 @@ from pymoo_psi.table import TestTable
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
+# Tests from which on those not kept are dropped during a run; each takes a hundred bytes. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
 # most twice as long as the last one.
 _WORTH_FILTERING = 2**20
@@ -618,12 +618,10 @@ def _kept_tests(run: Run, keep: str, progress: bool) -> TestTable:
         closing(run.tests()) as blocks,
     ):
         for tests in blocks:
-            if keep == "feasible":  # Pareto sets are filtered together
-                tests = needed_tests(run.model, tests, keep)
             tables.append(tests)
             show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
-            if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
+            if keep != "all" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tests = by_number(tables)
                 tables = [needed_tests(run.model, tests, keep)]
     return by_number(tables)

@@ -248,10 +248,10 @@ class Run:
         n_points = len(points)
         with stored_at_termination(self.store):
             try:
-                while not self._ledger.are_all(STORED, n_points) and self._advance(n_points):
-                    pass
+                while not self._ledger.are_all(STORED, n_points):
+                    if not self._advance(n_points):
+                        break
                 if self.executor.queue.n_pending == 0:
-                    self._store_evaluated()
                     self._end_testing()  # releases the lock; workers are kept
             except BaseException:
                 self.close()
@@ -278,6 +278,7 @@ class Run:
         self._ledger = Ledger(self._ledger.points)
 
     def _end_testing(self) -> None:
+        """Store what is evaluated, give up what is not, and release the lock of the study."""
         if self._lock is None:
             return
         try:
