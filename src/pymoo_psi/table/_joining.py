@@ -100,7 +100,8 @@ def merged(one: T, other: T) -> T:
             differing &= ~(is_gap | blank(cells))
             data[name] = cells.copy()
             data[name][earlier[is_gap]] = cells[is_gap]
-        for row in np.flatnonzero(differing)[:1]:
+        if differing.any():
+            row = int(differing.argmax())
             test = names_of_designs(whole.take([row]))[0]
             raise invalid(
                 "tests",

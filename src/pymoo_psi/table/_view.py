@@ -311,19 +311,17 @@ class View:
             ['f1<=1.5', 'x1=tin']
         """
         schema = self.schema
-        on_texts = {}
-        on_numbers = {}
+        limits = {}
         for name, limit in self.formulation.allowed.items():
             if name not in schema.names and self._have_failed.all():
                 continue  # which outputs a model has is unknown before its first value
             limit = limit.fitted(name, schema)
-            if limit.texts is not None:
-                on_texts[name] = limit
-            elif limit != Limit():
-                on_numbers[name] = limit
+            if limit != Limit():
+                limits[name] = limit
         # The order of the columns, not of the mapping: columns of violations stand in it.
-        ordered = {name: on_numbers[name] for name in schema.values if name in on_numbers}
-        return ordered | on_texts
+        on_numbers = [name for name in limits if limits[name].texts is None]
+        on_numbers.sort(key=schema.values.index)
+        return {name: limits[name] for name in dict.fromkeys([*on_numbers, *limits])}
 
     @property
     def _have_failed(self) -> Mask:
