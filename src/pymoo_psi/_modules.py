@@ -73,7 +73,7 @@ def versions() -> dict[str, bytes]:
         _note(name, getattr(sys.modules.get(name), "__file__", None))
     return {
         name: version
-        for name, version in _NOTED.items()
+        for name, version in _NOTED.copy().items()  # other threads may import, too
         if version and name in sys.modules and name != "__main__"
     }
 
