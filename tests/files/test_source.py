@@ -135,6 +135,8 @@ FILES = {
     "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is named 'Summe:', as computed from others; leave it out by .* skip_rows=.5.., or rename it"),
     "a sum of two": ("m,a,b\nA,1,4\nB,2,3\n TOTAL ,3,7\n", {}, "line 4. is named 'TOTAL', as computed from others"),
     "a mean": ("m,a,b\nA,10,60\nB,14,52\nC,20,40\nAverage,14.67,50.67\n", {}, r"row 4 \(line 5\) is named 'Average', as computed from others; leave"),
+    "a sum beside a column of zeros": ("m,a,b,c\nA,1,4,0\nB,2,3,0\nC,4,2,0\nD,7,9,0\n", {}, r"row 4 \(line 5\) is the sum of all others"),
+    "a design with a zero below a sum": ("m,a,b\nA,1,4\nB,2,3\nC,4,2\nD,7,0\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 0]}),
     "a design in the middle": ("m,a,b\nA,1,60\nB,2,30\nC,3,0\nD,2,30\n", {}, {"a": [1, 2, 3, 2], "b": [60, 30, 0, 30]}),
     "a mean above all": ("m,a,b\nMean,12.3,56.1\nA,10.1,60.3\nB,14.2,52.1\nC,12.5,55.8\n", {}, r"row 1 \(line 2\) is named 'Mean', as computed from others"),
     "greatest values": ("m,a,b\nA,10,60\nB,14,52\nMax,14,60\n", {}, "is named 'Max', as computed from others"),
@@ -350,10 +352,6 @@ C,0,z,yes,3,1,3,1,c,3,5
 """
 
 
-def test_rows_of_a_frame_are_not_skipped():
-    refused("out for data in Python", read_table, pd.DataFrame(COST), skip_rows=[1])
-
-
 def test_a_formulation_adds_to_that_of_a_table():
     table = TestTable.of([1, 2], [[1], [2]], [[1, 2], [2, 1]], outputs={"heat": [3, 2]})
     asked = Formulation(["f1", "r"], maximize=["f1"], computed={"r": "heat / f2"})
@@ -509,6 +507,7 @@ def test_every_source_gives_the_same_table(tmp_path):
         np.testing.assert_array_equal(again.F, kept.F[:, [1, 0]])
         np.testing.assert_array_equal(again.X, kept.X)
     refused("variables must be left out for a table", read_table, table, variables=["x1"])
+    refused("left out for data in Python", read_table, pd.DataFrame(COST), skip_rows=[1])
 
 
 def test_objects_of_json_are_designs(tmp_path):

@@ -54,8 +54,8 @@ _LONGEST = 100  # the most characters in which something like a number is search
 _BLANK = re.compile(
     r"|nan|n/?a|<na>|null|none|k\. ?a\.|--?|[–—?]|#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE
 )
-# The forms of a number without its sign, with a decimal point, and by what a part of the form is
-# replaced to be read. With a decimal comma, both marks are swapped before.
+# The forms of a number without its sign, the part of each that float() does not read, and what it
+# reads instead. Numbers have a decimal point; where it is a comma, both marks are swapped before.
 _FORMS = {
     "plain": (r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?", None, ""),
     "infinite": (r"inf(?:inity)?", None, ""),
@@ -418,7 +418,7 @@ def read_columns(
         if readings[name]:
             columns[name] = _read(columns[name], readings[name], cells, certain, separator)
         else:
-            columns[name] = _checked_texts(columns[name], cells, decimal or ".,")
+            columns[name] = _unread(columns[name], cells, decimal or ".,")
     return columns
 
 
@@ -470,7 +470,7 @@ def _number(cell: Any, mark: str) -> float | None:
         text = cell.translate(SWAPPED) if mark == "," else cell
         match = _NUMBER.fullmatch(text)
         if match is not None:
-            _, part, replacement = _FORMS[str(match.lastgroup)]
+            _, part, replacement = _FORMS[str(match.lastgroup)]  # the group of the form ends last
             return float(re.sub(part, replacement, text) if part else text)
     elif isinstance(cell, (int, float)) and not isinstance(cell, bool):
         return float(str(cell))  # infinite for an integer beyond float64
@@ -510,6 +510,7 @@ def _read(
         is_printed = separator == "," and all(map(_PRINTED.fullmatch, texts))
         if certain != {mark} and (certain or not is_printed):
             either = f"{readings[other][row]:.15g} or {readings[mark][row]:.15g}"
+            # Two options, or one remedy where a command has none.
             options = dict.fromkeys(argument("decimal", decimal) for decimal in (other, mark))
             return column._replace(
                 problem=f"{cells.place(column.name, row)}, either {either}",
@@ -522,8 +523,8 @@ def _read(
     return column._replace(numbers=readings[mark], decimal=mark)
 
 
-def _checked_texts(column: TextColumn, cells: Cells, marks: str) -> TextColumn:
-    """Return a column that no notation can read, with what is wrong unless it is one of texts."""
+def _unread(column: TextColumn, cells: Cells, marks: str) -> TextColumn:
+    """Return a column that no notation can read: one of texts, or with what is wrong in it."""
     readings = [[_number(_plain(cell), mark) for cell in column.cells] for mark in marks]
     numbers = min(readings, key=lambda numbers: numbers.count(None))
     texts = dict(compress(enumerate(column.texts), [number is None for number in numbers]))

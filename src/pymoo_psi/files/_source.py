@@ -105,9 +105,10 @@ _ROLES = {"f": OBJECTIVE, "x": VARIABLE, "u": VARIABLE, "g": INEQUALITY, "h": EQ
 _MET = {INEQUALITY: Limit(upper=0.0), EQUALITY: Limit(-EQ_TOLERANCE, EQ_TOLERANCE)}
 # By its marks an export of the page is recognized.
 _MARK = re.compile(r"place \d+|dominated|outside the limits|prototype")
-# Words by which other programs say that a design has failed.
+# Words by which other programs say that a design has failed, but not "no errors".
 _FAILURE = re.compile(
-    r"(?!(?:.*\W)?(?:no|0|without|ohne|keine?)[\s_-])(?:.*[\W_])?(?:fail(?:s|ed|ure)?|errors?|time[\s_-]?out|timed[\s_-]?out|abort(?:ed)?|"
+    r"(?!(?:.*\W)?(?:no|0|without|ohne|keine?)[\s_-])(?:.*[\W_])?"
+    r"(?:fail(?:s|ed|ure)?|errors?|time[\s_-]?out|timed[\s_-]?out|abort(?:ed)?|"
     r"cancell?ed|crash(?:ed)?|killed|interrupted|pruned|diverged?|(?:not|non|un)[\s_-]?converged|"
     r"invalid|infeasible|unfeasible|rejected|nok|not[\s_-]?ok|fehler|fehlgeschlagen|abgebrochen|"
     r"divergiert|ungültig)(?:[\s_:;,.!(].*)?",
@@ -389,9 +390,6 @@ def _labelled(
         cells: The cells.
         head: What the source says of them.
         objectives: Columns that the user calls objectives, which name no designs.
-
-    Raises:
-        ArgumentValueError: A row is computed from others.
     """
     labels = [name for name in _labels(cells) if name not in objectives]
     columns = read_columns(cells, head.get("decimal"), labels, head.get("separator", ""))
@@ -402,7 +400,6 @@ def _labelled(
         labels.append(label)
     if label == TEST and RUN in columns:
         labels.append(RUN)
-    require_designs(columns, labels, label, cells)
     return columns, label, labels
 
 
@@ -654,6 +651,7 @@ def _table(
     stated = decision.formulation
     directed = {*formulation.objectives, *formulation.maximize}
     columns, label, labels = _labelled(cells, head, directed)
+    require_designs(columns, labels, label, cells)
     named = formulation.objectives or stated.objectives
     variables = tuple(name_list("variables", variables or stated_variables))
     claims = _claims(columns, formulation, named, variables, labels)
