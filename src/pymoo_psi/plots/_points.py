@@ -201,6 +201,7 @@ class Points:
             axes.plot(x.places[row], y.places[row], label=label, **mark)
         if PARETO in self.groups and x.sign * y.sign != 0:
             _draw_front(axes, x, y, self.groups[PARETO][1])
+            _draw_errors(axes, x, y, self.groups[PARETO][1])
         for name, (style, mask) in self.groups.items():
             rows = mask & x.shows(x.places) & y.shows(y.places)
             n = int(mask.sum())
@@ -292,6 +293,10 @@ def _draw_front(axes: Axes, x: Coordinate, y: Coordinate, rows: Mask) -> None:
             worst = F.max(axis=0)
             across, up = np.append(stairs[:, 0], worst[0]), np.append(worst[1], stairs[:, 1])
         axes.plot(x.sign * across, y.sign * up, label="best trade-offs of the two", **_FRONT)
+
+
+def _draw_errors(axes: Axes, x: Coordinate, y: Coordinate, rows: Mask) -> None:
+    """Draw the standard errors of designs, if they are known."""
     if x.errors is not None and y.errors is not None:
         bars: Style = {"fmt": "none", "ecolor": "0.6", "elinewidth": 0.6, "zorder": 2.4}
         axes.errorbar(

@@ -383,9 +383,7 @@ def head_axes(axes: Axes) -> None:
 
 
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
-_LEAST_SHARE = (
-    1 / 5
-)  # outliers are left out if the other values would take less of the axis than this
+_LEAST_SHARE = 0.2  # of the axis; outliers that leave less to the other values are left out
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 
 
@@ -410,8 +408,7 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     low = float(inside.min())
     high = float(inside.max())
     pad = 0.08 * (high - low)  # for the markers and names at the ends
-    # One value but for rounding has a margin of its size.
-    if not high - low > 1e-9 * max(abs(low), abs(high)):
+    if high - low <= 1e-9 * max(abs(low), abs(high)):  # one value but for rounding
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
 
