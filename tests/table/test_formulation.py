@@ -361,7 +361,8 @@ def test_ranges_are_fixed_kept_or_given_up():
     # fixed for other objectives, they say nothing
     heat = Formulation(objectives=["mass", "heat"])
     assert wide.under(heat).equals(table.under(heat))
-    assert wide.under(objectives=["mass", "heat"]).equals(table.under(heat))
+    for stated in (None, Formulation(maximize=["gain"], ranges=fixed)):
+        assert wide.under(stated, objectives=["mass", "heat"]).equals(table.under(heat))
 
 
 def test_units_of_a_decision_are_those_of_its_limits():
