@@ -252,7 +252,9 @@ class Points:
         if not self.columns:
             return f"{text}."
         groups = groups_in_words(self.groups)
-        if groups:
+        if len(table) > 1 and groups == f"{len(table)} {PARETO}":
+            text += ", none of them dominated"
+        elif groups:
             text += f": {groups}"
         if self.outside.any():
             text += f". {counted(self.outside.sum(), 'design')} outside the axes"
