@@ -241,7 +241,7 @@ def _existing(options: Options, table: TestTable) -> TestTable | None:
     from pymoo_psi.page import existing_designs
 
     reading = {name: getattr(options, name) for name in ("decimal", "encoding", "sheet")}
-    with named_as({}, reading):
+    with named_as({}, reading):  # errors recommend no option that is not about this file
         try:
             return existing_designs(options.prototype, table)
         except ArgumentValueError:
@@ -297,9 +297,9 @@ def run_analyze(options: Options) -> int:
     if options.out is not None:
         folder = results_folder(options.out)
     say_source(table)
-    for name, analyze in _ANALYSES.items():
+    for name, say_analysis in _ANALYSES.items():
         try:
-            frame = analyze(table)
+            frame = say_analysis(table)
         except PsiError as error:
             say(f"{name.capitalize()} not available: {error}.")
             continue
@@ -322,8 +322,8 @@ def _write_analysis(name: str, frame: pd.DataFrame, folder: Path, title: str) ->
     write_frame(frame, folder / f"{name}.csv")
 
 
-def _sensitivities(table: TestTable) -> pd.DataFrame:
-    """Print and return the sensitivities."""
+def _say_sensitivities(table: TestTable) -> pd.DataFrame:
+    """Print the sensitivities, and return them to be written."""
     from pymoo_psi.analysis import even_part, sensitivities
 
     say(*even_part(table)[1])
@@ -337,8 +337,8 @@ def _sensitivities(table: TestTable) -> pd.DataFrame:
     return indices
 
 
-def _sections(table: TestTable) -> pd.DataFrame:
-    """Print the least and the greatest value of each objective along each variable; return all."""
+def _say_sections(table: TestTable) -> pd.DataFrame:
+    """Print the least and the greatest value of each section, and return all to be written."""
     from pymoo_psi.algorithms import sections
 
     lines = sections(table, n_values=17)
@@ -354,8 +354,8 @@ def _sections(table: TestTable) -> pd.DataFrame:
     return lines
 
 
-def _convergence(table: TestTable) -> pd.DataFrame:
-    """Print and return the convergence with the number of tests."""
+def _say_convergence(table: TestTable) -> pd.DataFrame:
+    """Print the convergence with the number of tests, and return it to be written."""
     from pymoo_psi.analysis import convergence, convergence_sentence
 
     steps = convergence(table)
@@ -400,9 +400,9 @@ def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str, 
 
 
 _ANALYSES = {
-    "sensitivities": _sensitivities,
-    "sections": _sections,
-    "convergence": _convergence,
+    "sensitivities": _say_sensitivities,
+    "sections": _say_sections,
+    "convergence": _say_convergence,
 }
 
 

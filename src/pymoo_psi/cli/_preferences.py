@@ -37,7 +37,7 @@ def run_prefer(options: Options) -> int:
     require_feasible(options.file, table)
     former = _former_position(table.decision, options.person)
     person, foreign = _person_of(table, former["answers"])
-    before = _counted(person.answers)
+    answered_before = _counted(person.answers)
     for entry in entries_of(options.answers):
         with named_as({"design": "a design within the limits in --answers"}):
             person.add(*_answer_in(entry, table))
@@ -50,7 +50,7 @@ def run_prefer(options: Options) -> int:
         """Write the decision with the answers of now; the file keeps those of other designs."""
         now = datetime.now(timezone.utc).isoformat(timespec="milliseconds")
         position = former | {"date": now, "answers": [*foreign, *person.answers]}
-        _decided(table, position, person, before).to_json(out)
+        _decided(table, position, person, answered_before).to_json(out)
         return f"{counted(len(person.answers), 'answer')} by {former['name']} written to {out}"
 
     if options.answers:
