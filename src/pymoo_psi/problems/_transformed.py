@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -35,15 +35,16 @@ class Transformed(WrappedProblem):
 
     Args:
         problem: The other problem.
-        space: The variables here, in the order of the other problem's.
+        space: Its variables.
+        variables: Those here, in the same order.
     """
 
     same_values = True
 
-    def __init__(self, problem: Any, space: DesignSpace) -> None:
-        self.space = space
-        self._space_within = design_space(problem)
-        free = space.free
+    def __init__(self, problem: Any, space: DesignSpace, variables: Iterable[Variable]) -> None:
+        self._space_within = space
+        self.space = replace(space, variables=tuple(variables))
+        free = self.space.free
         changed: Values = {"n_var": len(free.variables)}
         if space.named:
             changed = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
@@ -114,7 +115,7 @@ class LogScaled(Transformed):
                     self.units.pop(name, None)
         self.logarithms = [variable.title for variable in self._log.values()]
         self.log: Collection[str] = ()  # for other wrappers, these variables are plain ones
-        super().__init__(problem, replace(space, variables=tuple(variables)))
+        super().__init__(problem, space, variables)
 
     def scaled(self, X: Any) -> Any:
         """Return designs of the wrapped problem, or one, as they are here.
@@ -216,10 +217,9 @@ class Restricted(Transformed):
             if title in parts:
                 variable = _part(variable, f"{title} of bounds", parts[title])
             variables.append(replace(variable, fixed=variable.lower == variable.upper))
-        space = replace(space, variables=tuple(variables))
-        if not space.free.variables:
+        if all(variable.fixed for variable in variables):
             raise invalid("bounds", "such that a variable is free", Received("all of them fixed"))
-        super().__init__(problem, space)
+        super().__init__(problem, space, variables)
 
 
 def _parts_by_title(bounds: Any, titles: Names) -> Values:
