@@ -90,7 +90,6 @@ def require(table, factor, offset=0.0):
 
 
 def test_the_next_call_has_the_same_workers(folder, monkeypatch):
-
     first = processes(folder.tests())
     second = folder.tests(scale=3.0)
     assert first & processes(second)

@@ -72,9 +72,8 @@ def beams(n=96, **more):
 
 undrawn = pytest.mark.usefixtures("undrawn")
 
-LIMITS = {"mass": 55, "stress": 70}
 TABLE = beams()
-LIMITED = TABLE.under(limits=LIMITS)
+LIMITED = TABLE.under(limits={"mass": 55, "stress": 70})
 
 
 def lines(report, title):
