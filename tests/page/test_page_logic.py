@@ -366,16 +366,10 @@ class Drag:
         return np.flatnonzero(kept_by_hand(len(self.frame), self.frame.get, limits))
 
 
-@pytest.fixture(scope="module")
-def drags():
-    found = [Drag(m) for m in (2, 3, 6, 8)]
-    return list(zip(found, in_node([drag.asked() for drag in found]), strict=True))
-
-
-def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
+def test_designs_whose_dominators_are_rejected_are_found_among_many():
     """Each state against Python, whatever was looked at before; sorted by a column, too."""
-    freed = 0
-    for drag, answers in drags:
+    freed, drags = 0, [Drag(m) for m in (2, 3, 6, 8)]
+    for drag, answers in zip(drags, in_node([drag.asked() for drag in drags]), strict=True):
         whole = set(answers[drag.limits.index({})]["front"])
         heat = drag.frame["heat"].to_numpy()
         for limits, found in zip(drag.limits, answers, strict=True):
