@@ -80,29 +80,12 @@ class NumberFormat:
             compared = finite
         if not compared.any():
             return cls(0, mark=mark)
-        low = float(compared.min())
-        high = float(compared.max())
-        size = max(abs(low), abs(high))
-        as_given = _decimals(finite[np.abs(finite) < _LONGEST])  # others are written otherwise
-        if as_given is not None and size < _LONGEST / 10**as_given:
-            return cls(as_given, mark=mark)
-        order = log10(size)
-        # A constant has no range; its own size then says how many decimals are of use.
-        order_of_range = order
-        if high > low:
-            order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
-        if _SHORT <= size < _LONG:
-            decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
-            if not high / 1e3 > low > 0:
-                return cls(min(decimals, _MOST), mark=mark)
-            of_least = max(decimals, 1 - floor(log10(low)))  # which has two digits
-            if of_least + max(order, 0) < _DIGITS:
-                return cls(of_least, mark=mark)
-            if not needs_logarithms(compared):
-                return cls(decimals, mark=mark)
-        # Leading digits that all values have in common come on top of three that differ.
-        common = max(floor(order) - floor(order_of_range), 0)
-        return cls(min(2 + common, _MOST), has_powers=True, mark=mark)
+        size = float(np.abs(compared).max())
+        decimals = _decimals(finite[np.abs(finite) < _LONGEST])  # others are written otherwise
+        if decimals is not None and size < _LONGEST / 10**decimals:
+            return cls(decimals, mark=mark)
+        decimals, has_powers = _rounded_format(compared, size)
+        return cls(min(decimals, _MOST), has_powers, mark=mark)
 
     def text(self, value: float) -> str:
         r"""Return a number of the column; "—" for NaN.
@@ -184,6 +167,33 @@ def needs_logarithms(values: ArrayLike) -> bool:
     if not 0 < low <= high / LOG_RANGE:
         return False
     return float(np.median(finite)) - low < 0.1 * (high - low)
+
+
+def _rounded_format(compared: Any, size: float) -> tuple[int, bool]:
+    """Return the decimals that tell values apart, and whether they have powers of ten.
+
+    Args:
+        compared: The values, finite and not all 0.
+        size: The largest of them without its sign.
+    """
+    low = float(compared.min())
+    high = float(compared.max())
+    order = log10(size)
+    # A constant has no range; its own size then says how many decimals are of use.
+    order_of_range = order
+    if high > low:
+        order_of_range = log10(high / 2 - low / 2) + log10(2)  # no overflow
+    if _SHORT <= size < _LONG:
+        decimals = max(ceil(log10(_STEPS) - order_of_range), 0)
+        if not high / 1e3 > low > 0:
+            return decimals, False
+        of_least = max(decimals, 1 - floor(log10(low)))  # which has two digits
+        if of_least + max(order, 0) < _DIGITS:
+            return of_least, False
+        if not needs_logarithms(compared):
+            return decimals, False
+    # Leading digits that all values have in common come on top of three that differ.
+    return 2 + max(floor(order) - floor(order_of_range), 0), True
 
 
 @np.errstate(over="ignore")  # a penalty may be the largest number
