@@ -147,60 +147,89 @@ _N_FACTS = len(_Test._fields)  # with the number
 
 
 class _Block:
-    """The points of a run that are written together: what is known of them, and what changes.
+    """Points of a run that are written together, with the stored tests of them and their designs.
 
     What is stored does not depend on how the tests of a run are divided into blocks.
 
     Args:
         run: The run.
-        tests: The stored tests of the points and of their designs, by number.
-        plan: The numbers of the tests of the points.
+        repeat: Which of the tests of its design each point has; 0 for a further one.
+        stored_tests: The stored tests, by number.
+        stored_plan: The numbers of the tests that points have.
         tests_of_run: All tests of the run if its model is noisy: a design that recurs in the run is
             tested again. Otherwise ``None``.
         free_number: A number that no test has, nor any greater one.
 
     Attributes:
-        tests: All these tests, as they are after the block.
-        new_tests: Those of them that are new or changed.
-        n_new: How many are new.
-        plan: The numbers of the tests of the points.
-        new_plan: Those of them that are new.
+        tests: The tests after the block.
+        plan: The numbers of the tests of the points after the block.
         contradictions: The points whose tests have other results now.
     """
 
     def __init__(
         self,
         run: int,
-        tests: dict[int, _Test],
-        plan: dict[int, int],
+        repeat: int,
+        stored_tests: Mapping[int, _Test],
+        stored_plan: Mapping[int, int],
         tests_of_run: Sequence[int] | None,
         free_number: int,
     ) -> None:
-        self.tests = tests
-        self.new_tests: dict[int, _Test] = {}
-        self.n_new = 0
-        self.plan = plan
-        self.new_plan: dict[int, int] = {}
+        self.stored_tests = stored_tests
+        self.stored_plan = stored_plan
+        self.tests = dict(stored_tests)
+        self.plan = dict(stored_plan)
         self.contradictions: list[int] = []
-        self._run = run
-        self._free_number = free_number
+        self.run = run
+        self._repeat = repeat
         self._is_noisy = tests_of_run is not None
         self._tests_of_run = {*(tests_of_run or ())}
-        self._numbers = {test[:2]: number for number, test in tests.items()}  # by design and repeat
+        self._free_number = free_number
+        # By design and repeat.
+        self._numbers = {test[:2]: number for number, test in stored_tests.items()}
         self._free_repeats: dict[str | None, int] = {}  # those before are taken
 
-    def find(self, point: int, design: str | None, repeat: int) -> tuple[int | None, int]:
-        """Return the number of the test of a point, if it has one; and its repeat if it is new.
+    def add(self, point: int, number: int, test: _Test) -> None:
+        """Let a point have a test: the known one of its design, which may change, or a new one.
+
+        Args:
+            point: The point.
+            number: The number of the test if it is new, unless another one has it.
+            test: The test.
+        """
+        known_number, repeat = self.find(point, test.design)
+        if repeat != test.repeat:
+            test = test._replace(repeat=repeat)
+        if known_number is not None:
+            number = known_number
+            stored = self.tests[number]
+            if point in self.stored_plan and stored.contradicts(test):
+                self.contradictions.append(point)
+            test = stored.completed_by(test)
+        elif number in self.tests:
+            number = self._free_number
+            self._free_number += 1
+        self.tests[number] = test
+        self._numbers[test.design, test.repeat] = number
+        self.assign(point, number)
+
+    def assign(self, point: int, number: int) -> None:
+        """Let a point have a test of the block by its number."""
+        self.plan[point] = number
+        self._tests_of_run.add(number)
+
+    def find(self, point: int, design: str | None) -> tuple[int | None, int]:
+        """Return the number of the test of a point, if there is one; and its repeat if it is new.
 
         Args:
             point: The point.
             design: The key of its design.
-            repeat: Which of the tests of its design it has; 0 for a further one.
         """
+        repeat = self._repeat
         if repeat == 0:
             repeat = self._free_repeat(design)
         elif self._is_noisy and self._numbers.get((design, repeat)) in self._tests_of_run:
-            repeat = -((self._run - 1) * ROOM + point)  # for this point alone
+            repeat = -((self.run - 1) * ROOM + point)  # for this point alone
         number = self.plan.get(point)
         if number is None and design is not None:
             number = self._numbers.get((design, repeat))
@@ -216,42 +245,6 @@ class _Block:
             repeat += 1
         self._free_repeats[design] = repeat
         return repeat
-
-    def add(self, point: int, number: int, test: _Test, repeat: int) -> None:
-        """Let a point have a test: the known one of its design, which may change, or a new one.
-
-        Args:
-            point: The point.
-            number: The number of the test if it is new, unless another one has it.
-            test: The test.
-            repeat: As in :meth:`find`.
-        """
-        known_number, repeat = self.find(point, test.design, repeat)
-        if repeat != test.repeat:
-            test = test._replace(repeat=repeat)
-        if known_number is not None:
-            number = known_number
-            stored = self.tests[number]
-            if point in self.plan and stored.contradicts(test):
-                self.contradictions.append(point)
-            test = stored.completed_by(test)
-        else:
-            self.n_new += 1
-            if number in self.tests:
-                number = self._free_number
-                self._free_number += 1
-        if self.tests.get(number) != test:
-            self.tests[number] = test
-            self.new_tests[number] = test
-            self._numbers[test.design, test.repeat] = number
-        self.assign(point, number)
-
-    def assign(self, point: int, number: int) -> None:
-        """Let a point have a known test."""
-        if self.plan.get(point) != number:
-            self.plan[point] = number
-            self.new_plan[point] = number
-        self._tests_of_run.add(number)
 
 
 @contextmanager
@@ -367,10 +360,10 @@ class Database:
 
     # Proposals
 
-    def add_proposal(self, run: int, proposal: Proposal, test: int | None = None) -> None:
-        """Write a proposal of a run, and the number of its test if it has one already."""
+    def add_proposal(self, run: int, proposal: Proposal) -> None:
+        """Write a proposal of a run, yet without a test."""
         point, *entries = proposal
-        self.db.execute("INSERT INTO plan VALUES (?, ?, ?, ?)", (run, point, test, _text(entries)))
+        self.db.execute("INSERT INTO plan VALUES (?, ?, NULL, ?)", (run, point, _text(entries)))
 
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
@@ -404,15 +397,16 @@ class Database:
     def assign(self, run: int, proposal: Proposal) -> tuple[int, Proposal]:
         """Plan a test of a proposed design as the next point of a run; return its number."""
         proposal = proposal._replace(test_point=self.last_point(run) + 1)
+        self.add_proposal(run, proposal)
+        point = proposal.test_point
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
         # Without a key: until it is made, others may test the same design.
         (test,) = self._tests_of(design, [None])
-        number = (run - 1) * ROOM + proposal.test_point
-        if self.count(f"tests WHERE test = {number}"):
-            number = _integer(self.db, "SELECT max(test) FROM tests") + 1
-        self._write({number: test})
-        self.add_proposal(run, proposal, number)
-        return number, proposal
+        number = (run - 1) * ROOM + point
+        block = self._block(run, [point], [None], [number])
+        block.add(point, number, test)
+        self._write(block)
+        return block.plan[point], proposal
 
     def cancel(self, run: int, test: int, test_point: int) -> None:
         """Give up a planned test."""
@@ -495,9 +489,9 @@ class Database:
         points = columns["test_point"].tolist()
         numbers = columns.get("test", (run - 1) * ROOM + columns["test_point"]).tolist()
         keys = self.keys(columns)
-        block = self._block(run, points, keys, numbers, noisy=noisy)
+        block = self._block(run, points, keys, numbers, repeat, noisy=noisy)
         for point, number, test in zip(points, numbers, self._tests_of(columns, keys), strict=True):
-            block.add(point, number, test, repeat)
+            block.add(point, number, test)
         if block.contradictions:
             raise invalid(
                 "block",
@@ -505,36 +499,35 @@ class Database:
                 Received(f"other values for test point {block.contradictions[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        self._write(block.new_tests)
-        self._plan(run, block.new_plan)
-        n_written = len(block.new_tests)
-        n_changed = n_written - block.n_new
+        tests = self._write(block)
+        n_changed = len(tests.keys() & block.stored_tests.keys())
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
         process = [platform.node(), os.getpid()]
-        if n_written and self.get("process") != process:
+        if tests and self.get("process") != process:
             self._set("process", process)
-        return n_written
+        return len(tests)
 
     def adopt(
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        block = self._block(run, points.tolist(), keys, noisy=noisy)
+        block = self._block(run, points.tolist(), keys, [], repeat, noisy=noisy)
         for point, key in zip(points.tolist(), keys, strict=True):
-            number, _ = block.find(point, key, repeat)
+            number, _ = block.find(point, key)
             if number is not None:
                 block.assign(point, number)
-        self._plan(run, block.new_plan)
+        self._write(block)
 
     def _block(
         self,
         run: int,
         points: Sequence[int],
         keys: Sequence[str | None],
-        numbers: Sequence[int] = (),
+        numbers: Sequence[int],
+        repeat: int = 1,
         *,
-        noisy: bool,
+        noisy: bool = False,
     ) -> _Block:
         """Return a block of points of a run, with the stored tests of their designs.
 
@@ -543,6 +536,7 @@ class Database:
             points: The points.
             keys: The keys of their designs.
             numbers: The numbers of new tests, which others may have.
+            repeat: Which of the tests of its design each point has.
             noisy: Whether the model is noisy.
         """
         last = _integer(self.db, "SELECT max(test) FROM tests")
@@ -565,26 +559,28 @@ class Database:
         if noisy:
             query = "SELECT test FROM plan WHERE run = ? AND test NOT NULL"
             tests_of_run = self._integers(query, run).tolist()
-        return _Block(run, tests, plan, tests_of_run, max(last, *numbers, 0) + 1)
+        free_number = max(last, *numbers, 0) + 1
+        return _Block(run, repeat, tests, plan, tests_of_run, free_number)
 
-    def _write(self, tests: Mapping[int, _Test]) -> None:
-        """Write new and changed tests by their numbers."""
+    def _write(self, block: _Block) -> dict[int, _Test]:
+        """Write the tests and the plan of a block; return the tests that are new or changed."""
+        tests = _changes(block.stored_tests, block.tests)
+        plan = _changes(block.stored_plan, block.plan)
         names = self._names()
         marks = ", ".join("?" * len(names))
-        changes = ", ".join(f"{name} = excluded.{name}" for name in names)
+        values = ", ".join(f"{name} = excluded.{name}" for name in names)
         self.db.executemany(
             f"INSERT INTO tests (test, {', '.join(names)}) VALUES (?, {marks}) "
-            f"ON CONFLICT (test) DO UPDATE SET {changes}",
+            f"ON CONFLICT (test) DO UPDATE SET {values}",
             ((number, *test[:-1], *test.values) for number, test in tests.items()),
         )
-
-    def _plan(self, run: int, tests: Mapping[int, int]) -> None:
-        """Write which tests points of a run have; the points may have proposals already."""
+        # The points may have proposals.
         self.db.executemany(
             "INSERT INTO plan (run, point, test) VALUES (?, ?, ?) "
             "ON CONFLICT (run, point) DO UPDATE SET test = excluded.test",
-            ((run, point, test) for point, test in tests.items()),
+            ((block.run, point, number) for point, number in plan.items()),
         )
+        return tests
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
@@ -794,6 +790,11 @@ def _columns_in_sql(head: Head, names: Mapping[str, str]) -> dict[str, tuple[str
         quoted = names[name].replace('"', '""')
         columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
     return columns
+
+
+def _changes(before: Mapping[int, Any], after: Mapping[int, Any]) -> dict[int, Any]:
+    """Return the entries that are new or have another value."""
+    return {key: value for key, value in after.items() if before.get(key) != value}
 
 
 def _integer(db: sqlite3.Connection, query: str, *arguments: Any) -> int:
