@@ -141,7 +141,7 @@ function costsOf(ranking, {behind, places}) {
   if (!places.length) return sentence(`all ${measure}`)
   const changes = places.slice(0, MOST_COSTS).map((j) => {
     const column = data.objectives[j]
-    return sentence("bare change", {objective: column.name, amount: amount(column, behind[j], ranking)})
+    return sentence("change", {objective: column.name, amount: amount(column, behind[j], ranking)})
   })
   if (places.length > MOST_COSTS) changes.push(counted(places.length - MOST_COSTS, "other objective"))
   return sentence(`costs ${measure}`, {changes: listed(changes)})

@@ -160,11 +160,7 @@ class DesignComparison:
 
     def _change_and_share(self, k: int, j: int) -> str:
         """Return the same with the share of the range."""
-        text = self._change(k, j)
-        share = abs(self.shares[k, j])
-        if within_range(share):
-            text += f" ({percent(share, self.ranking.objectives.decimal)})"
-        return text
+        return self._change(k, j) + _share(self.ranking, abs(self.shares[k, j]))
 
     def _quantity(self, k: int, j: int) -> str:
         """Return how much of an objective the k-th design gains or loses: "1 kg of mass"."""
@@ -199,6 +195,13 @@ def _amount(ranking: EfficiencyRanking, j: int, change: float) -> str:
         unit = "points"
     size = number(abs(change), 3, ranking.decimals[j], mark=objectives.decimal)
     return f"{size} {unit}".strip()
+
+
+def _share(ranking: EfficiencyRanking, share: float, template: str = "share") -> str:
+    """Return a share of a range, as it follows an amount; empty beyond the range."""
+    if not within_range(share):
+        return ""
+    return sentence(template, share=percent(share, ranking.objectives.decimal))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -340,16 +343,13 @@ class Explanation:
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
         amounts: list[tuple[str, str]] = []
+        template = "first share"
         for j in columns[:MOST_COSTS]:
-            texts = {
-                "objective": self.ranking.objectives.names[j],
-                "amount": _amount(self.ranking, j, self.behind[j]),
-                "share": percent(self.shares[j], self.ranking.objectives.decimal),
-            }
-            amount = whole = sentence("bare change", **texts)
-            if within_range(self.shares[j]):
-                whole = sentence("change" if amounts else "first change", **texts)
-            amounts.append((amount, whole.removeprefix(amount)))
+            name = self.ranking.objectives.names[j]
+            amount = _amount(self.ranking, j, self.behind[j])
+            share = _share(self.ranking, self.shares[j], template)
+            amounts.append((sentence("change", objective=name, amount=amount), share))
+            template = "share"
         if len(columns) > MOST_COSTS:
             amounts.append((counted(len(columns) - MOST_COSTS, "other objective"), ""))
         return amounts
