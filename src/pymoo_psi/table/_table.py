@@ -108,6 +108,8 @@ class TestTable(View, Shown):
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
+    # Tables made
+
     @classmethod
     def of(
         cls,
@@ -307,6 +309,8 @@ class TestTable(View, Shown):
         if ranges and {*ranges} != {*objectives}:
             rule = f"of every objective ({', '.join(objectives)}), or of none"
             raise invalid("ranges", rule, [*ranges])
+
+    # Names
 
     @cached_property
     def names(self) -> list[str]:

@@ -80,6 +80,8 @@ class View:
         """Return the number of tests."""
         return len(self.numbers)
 
+    # What is asked
+
     @property
     def formulation(self) -> Formulation:
         """Objectives, limits, ranges, normalisation, computed columns.
@@ -295,6 +297,8 @@ class View:
         """
         return self._matrix(VARIABLE)
 
+    # Limits and status
+
     @cached_property
     def limits(self) -> dict[str, Limit]:
         """The limits by column, in the order of the table's columns, those on texts last.
@@ -405,6 +409,28 @@ class View:
             reasons[int(self.numbers[row])] = f"{name} is {self._columns[name][row]}"
         return reasons
 
+    def violations(self) -> tuple[Mask, tuple[str, ...]]:
+        """Return which constraints and limits each design violates, and their names.
+
+        Returns:
+            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
+            names, of limits as they are written. Rows of failed designs are False, and so are the
+            limits of designs that did not run because of a requirement.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
+            >>> mask, names = table.under(limits={"f1": 1.5}).violations()
+            >>> mask.tolist(), names
+            ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
+        """
+        texts = [limit.written(name) for name, limit in self.limits.items()]
+        mask = self._violated()
+        mask[self.failed()] = False
+        return mask, (*self.schema.constraints, *texts)
+
+    # The Pareto set, in which each design is once
+
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the feasible ones.
 
@@ -453,26 +479,6 @@ class View:
         rows = np.flatnonzero(self.feasible())
         result[rows] = rows[self._firsts(rows)]
         return result
-
-    def violations(self) -> tuple[Mask, tuple[str, ...]]:
-        """Return which constraints and limits each design violates, and their names.
-
-        Returns:
-            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
-            names, of limits as they are written. Rows of failed designs are False, and so are the
-            limits of designs that did not run because of a requirement.
-
-        Example:
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
-            >>> mask, names = table.under(limits={"f1": 1.5}).violations()
-            >>> mask.tolist(), names
-            ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
-        """
-        texts = [limit.written(name) for name, limit in self.limits.items()]
-        mask = self._violated()
-        mask[self.failed()] = False
-        return mask, (*self.schema.constraints, *texts)
 
     @cached_property
     def _front(self) -> Mask:
