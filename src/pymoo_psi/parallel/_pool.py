@@ -135,10 +135,10 @@ def evaluate(job: Job) -> Answer:
             if not worker.start(job, left):
                 continue
             new_results, end = worker.finish(job, left)
-        if new_results:
-            accept(versions, worker.versions)
-            results += new_results
-            n_deaths = 0
+            if new_results:
+                accept(versions, worker.versions)  # otherwise the worker ends, too
+                results += new_results
+                n_deaths = 0
         if not isinstance(end, OSError):
             return results, end, versions
         if not isinstance(end, TimeoutError):
