@@ -7,7 +7,7 @@ vectorised model are put there together, and a job evaluates and filters a piece
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -213,47 +213,51 @@ class Executor:
             n_ahead = _AHEAD_OF_WORKER * n_workers  # 0 in this process
         return min(n_awaited + n_ahead, enough)
 
-    def submit(self, points: Points) -> list[Block]:
-        """Put points into the queue, numbered above all earlier ones, that need an evaluation.
-
-        Returns:
-            The tests of the others, as of :meth:`answered`.
-        """
-        answered = self.answered(points)
-        for block in answered:
-            points = points.without(block.numbers)
-        if self.recurs:
-            points = self._first_of_designs(points)
-        if len(points) and not self.has_designs:
-            self.queue.add([(int(points.numbers[0]), points)])
-        elif len(points):
-            numbers = points.numbers.tolist()
-            space = self._model.space
-            designs: Any = space.designs(points.matrix(space))
-            if self._model.noisy:
-                seeds = [_seed(number, self._model.repeat) for number in numbers]
-                designs = zip(designs, seeds, strict=True)
-            self.queue.add(zip(numbers, designs, strict=True))
-        return answered
-
-    def answered(self, points: Points) -> list[Block]:
+    def answers(self, points: Points) -> list[Block]:
         """Return the tests of the points for which the model is not called, if there are any.
 
         Those that violate a requirement count as not run, each once.
         """
         model = self._model
-        answers = {}
+        values_by_number = {}
         if self._known:
             for number, key in zip(points.numbers.tolist(), self._keys(points), strict=True):
                 if key in self._known:
-                    answers[number] = self._known[key]
+                    values_by_number[number] = self._known[key]
         if model.has_requirements:
             is_unmet = ~model.meets_requirements(points.matrix(model.space))
             numbers = points.numbers[is_unmet]
-            answers |= dict.fromkeys(numbers.tolist(), _NOT_RUN)
+            values_by_number |= dict.fromkeys(numbers.tolist(), _NOT_RUN)
             model.problem.n_not_run += np.count_nonzero(numbers > self._n_checked)
             self._n_checked = max(self._n_checked, numbers.max(initial=0))
-        return self._blocks_of_answers(points, answers)
+        return self._answers(points, values_by_number)
+
+    def submit(self, points: Points) -> list[Block]:
+        """Put points that need an evaluation into the queue, numbered above all earlier ones.
+
+        Returns:
+            The tests of the others; see :meth:`answers`.
+        """
+        answers = self.answers(points)
+        for block in answers:
+            points = points.without(block.numbers)
+        if self.recurs:
+            points = self._first_of_designs(points)
+        if len(points) and self.has_designs:
+            self.queue.add(self._designs(points))
+        elif len(points):
+            self.queue.add([(int(points.numbers[0]), points)])
+        return answers
+
+    def _designs(self, points: Points) -> Iterable[tuple[int, Any]]:
+        """Return the designs of points by number; of a noisy model, each with a seed of its test."""
+        numbers = points.numbers.tolist()
+        space = self._model.space
+        designs: Any = space.designs(points.matrix(space))
+        if self._model.noisy:
+            seeds = [_seed(number, self._model.repeat) for number in numbers]
+            designs = zip(designs, seeds, strict=True)
+        return zip(numbers, designs, strict=True)
 
     def _keys(self, points: Points) -> list[str]:
         return self._model.keys(points.matrix(self._model.space))
@@ -272,14 +276,15 @@ class Executor:
         Returns:
             The values of the points that have waited for these, by number.
         """
-        answers: dict[int, Values] = {}
+        values_by_number: dict[int, Values] = {}
         if not self.recurs:
-            return answers
+            return values_by_number
         keys = self._model.keys(tests.X)
         for key, values in zip(keys, self._model.values(tests), strict=True):
             self._known.setdefault(key, values)
-            answers |= dict.fromkeys(self._under_way.pop(key, [])[1:], self._known[key])
-        return answers
+            others = self._under_way.pop(key, [])[1:]
+            values_by_number |= dict.fromkeys(others, self._known[key])
+        return values_by_number
 
     def wait(self) -> Evaluation | None:
         """Return another evaluation, or ``None`` after a moment without one."""
@@ -320,28 +325,28 @@ class Executor:
             first, *others = values
             tests = first.extended(*others)
         block = Block(numbers, tests, True, np.repeat(np.divide(seconds, sizes), sizes))
-        return [block, *self._blocks_of_answers(points, self.learn(tests))]
+        return [block, *self._answers(points, self.learn(tests))]
 
     def evaluate(self, points: Points) -> list[Block]:
         """Evaluate points, wait for all of them, and return their tests."""
         evaluations = []
         try:
-            answered = self.submit(points)
+            answers = self.submit(points)
             while self.queue.n_pending:
                 evaluation = self.wait()
                 if evaluation is not None:
                     evaluations.append(evaluation)
                     self.require_outputs(evaluation)
-            return answered + self.blocks(points, evaluations)
+            return answers + self.blocks(points, evaluations)
         finally:
             self.close()
 
-    def _blocks_of_answers(self, points: Points, answers: Mapping[int, Values]) -> list[Block]:
-        """Return the tests of points by their values, by number, if there are any."""
-        if not answers:
+    def _answers(self, points: Points, values_by_number: Mapping[int, Values]) -> list[Block]:
+        """Return the tests of points by their values, if there are any."""
+        if not values_by_number:
             return []
-        numbers = np.array([*answers])
-        return [Block(numbers, self._tests(points, numbers, [*answers.values()]))]
+        numbers = np.array([*values_by_number])
+        return [Block(numbers, self._tests(points, numbers, [*values_by_number.values()]))]
 
     def _tests(self, points: Points, numbers: Numbers, values: Sequence[Values]) -> TestTable:
         """Return the tests of designs, by the numbers of their points and their values."""

@@ -183,7 +183,7 @@ class Run:
         # Of the study, while points are evaluated, which may go on between two calls.
         self._lock: ExitStack | None = None
         self._last_commit = 0.0  # its time, or that of the beginning
-        self._steered = "continue"  # the last request of people: to continue, pause or stop
+        self._steering = "continue"  # the last request of people: to continue, pause or stop
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
@@ -197,7 +197,7 @@ class Run:
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
         n_left = len(self._ledger.points)
-        if self._steered != "stop":
+        if self._steering != "stop":
             n_left += self.source.n_left
         return n_left
 
@@ -227,9 +227,9 @@ class Run:
         least = count or 1
         while len(ledger.points) < least:
             self._follow_requests()
-            if self._steered == "stop":
+            if self._steering == "stop":
                 break
-            if self._steered == "pause":
+            if self._steering == "pause":
                 self._advance(0)
             elif self._ask(least - len(ledger.points)) == 0:
                 break
@@ -269,8 +269,8 @@ class Run:
     def known(self, points: Points) -> TestTable:
         """Return the tests of the points that need no evaluation, by number."""
         stored = self.store.recall(points)
-        answered = self.executor.answered(points.without(stored.numbers))
-        return by_number([stored, *(block.tests for block in answered)])
+        answers = self.executor.answers(points.without(stored.numbers))
+        return by_number([stored, *(block.tests for block in answers)])
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
@@ -324,7 +324,7 @@ class Run:
             return {"answer": self._direct(request)}
         if action == "more":
             return self._extend(request)
-        self._steered = action
+        self._steering = action
         self.executor.queue.is_paused = action != "continue"
         return {"answer": "done"}
 
@@ -385,10 +385,10 @@ class Run:
                 self._ledger.evaluate(evaluation)
                 self.executor.require_outputs(evaluation)  # the evaluation is stored all the same
             return True
-        if self._steered == "pause":
+        if self._steering == "pause":
             time.sleep(_PAUSE_SECONDS)
             return True
-        if self._steered == "stop":
+        if self._steering == "stop":
             self._ledger.keep(self._ledger.states == STORED)
         return False
 
@@ -406,7 +406,7 @@ class Run:
 
     def _next_to_start(self, n_awaited: int) -> Points:
         """Return the points to start next; ask the source if it has not returned them yet."""
-        if self._steered != "continue":
+        if self._steering != "continue":
             return Points.none()
         ledger = self._ledger
         count = self.executor.n_accepted(n_awaited - ledger.n_started)
