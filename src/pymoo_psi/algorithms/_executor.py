@@ -250,7 +250,7 @@ class Executor:
         return answers
 
     def _designs(self, points: Points) -> Iterable[tuple[int, Any]]:
-        """Return the designs of points by number; of a noisy model, each with a seed of its test."""
+        """Return designs by the numbers of points; those of a noisy model, each with a seed."""
         numbers = points.numbers.tolist()
         space = self._model.space
         designs: Any = space.designs(points.matrix(space))
