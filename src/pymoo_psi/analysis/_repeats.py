@@ -14,6 +14,7 @@ from pymoo_psi._numbers import percent
 from pymoo_psi._validation import (
     Array,
     Columns,
+    Mask,
     Received,
     Rows,
     counted,
@@ -73,27 +74,15 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
     """
     require_table(table)
     tests = _under_all_objectives(table)
-    schema = tests.evaluated
     by, first, design = _tests_by_design(tests, by)
     new_names = [N_TESTS, *map(error_column, tests.schema.objectives)]
     for name in new_names:
-        if name in schema.names:
+        if name in tests.evaluated.names:
             rule = f"without a column {name!r}, which the means of repeated tests have"
             raise invalid("table", rule, Received("one"), "rename the column")
-    remarks = [
-        *table.remarks,
-        f"{counted(len(first), 'design')}, {counted(len(tests), 'test')}: "
-        f"rows with the same {by} are tests of one design.",
-    ]
     usable = ~tests.failed() & np.isfinite(tests.F).all(axis=1)
-    if not usable.all():
-        n_unusable = counted((~usable).sum(), "test")
-        remarks.append(f"Left out, as they have no values: {n_unusable}.")
-    for name in schema.notes:
-        cells = tests.data[name]
-        if name != ROW and unequal(cells, cells[first[design]]).any():
-            schema = schema.without([name])
     designs = tests.take(first)
+    schema = tests.evaluated.without(_differing_notes(tests, first[design]))
     data = {name: designs.data[name] for name in schema.names}
     data |= _statistics(tests.take(usable), designs, design[usable])
     designs = replace(
@@ -102,11 +91,33 @@ def average_repeats(table: TestTable, by: str | None = None) -> TestTable:
         data=data,
         failures=designs.take(data[N_TESTS] == 0).failures,
         problem=None,  # no run continues a study of means
-        remarks=tuple(remarks),
+        remarks=(*table.remarks, *_remarks(by, len(first), usable)),
         n_stored=0,
     )
     label = by if by in schema.notes else None
     return designs.with_notes({}, label).under(table.decision)
+
+
+def _differing_notes(tests: TestTable, first: Rows) -> list[str]:
+    """Return the notes in which tests differ from the first one of their design."""
+    differing = []
+    for name in tests.evaluated.notes:
+        cells = tests.data[name]
+        if name != ROW and unequal(cells, cells[first]).any():
+            differing.append(name)
+    return differing
+
+
+def _remarks(by: str, n_designs: int, usable: Mask) -> list[str]:
+    """Return how many designs and tests there are, and how many tests do not count."""
+    remarks = [
+        f"{counted(n_designs, 'design')}, {counted(len(usable), 'test')}: "
+        f"rows with the same {by} are tests of one design."
+    ]
+    if not usable.all():
+        n_unusable = counted((~usable).sum(), "test")
+        remarks.append(f"Left out, as they have no values: {n_unusable}.")
+    return remarks
 
 
 def _under_all_objectives(table: TestTable) -> TestTable:
