@@ -422,13 +422,14 @@ def test_without_limits_designs_are_measured_by_the_same_fixed_ranges(cases):
     """Else limits that are not there were said to have changed the proposal."""
     n_remarks = 0
     asked, ranges = [], []
+    verdict_only = {"rows": [[]] * 4, "pins": [[]] * 4, "texts": [], "thorough": [False] * 4}
     for case in cases:
         low, high = case.frame[case.names].agg(["min", "max"]).to_numpy()
         wide = [low - np.linspace(0.3, 1, case.m) * (high - low), high + 0.1]
         ranges.append(dict(zip(case.names, np.transpose(wide).tolist(), strict=True)))
         payload = case.payload | {"opens_with": case.payload["opens_with"] | {"ranges": ranges[-1]}}
         states = [state | {"fixed": True} for state in case.states]
-        asked.append(case.asked() | {"payload": payload, "states": states, "thorough": [False] * 4})
+        asked.append(case.asked() | verdict_only | {"payload": payload, "states": states})
     for (case, k, found), fixed in zip(
         answered(cases, in_node(asked)), np.repeat(ranges, 4), strict=True
     ):
