@@ -78,12 +78,7 @@ class _Laboratory:
         self.choices = _choices(head)
         self.results = _measured(head)
         self.compared = [*head["variables"], *self.results, "reason"]
-        columns = database.tests()
-        unknown = np.full(len(columns[TEST]), np.nan)  # of an output before its first value
-        cells = {name: columns.get(name, unknown).tolist() for name in self.compared}
-        self.tests = {}
-        for row, test in enumerate(columns[TEST].tolist()):
-            self.tests[test] = {name: _text(cells[name][row]) for name in cells}
+        self.tests = _texts_of_tests(database.tests(), self.compared)
         self.proposals: dict[int, tuple[int, Proposal]] = {}
         for run, test, proposal in database.assigned():
             if "design" in proposal.content:
@@ -151,6 +146,17 @@ class _Laboratory:
         variables = self.head["variables"]
         marks = {tuple(texts[name] for name in variables) for texts in self.tests.values()}
         return marks | {mark_of(self.design(test).values()) for test in self.proposals}
+
+
+def _texts_of_tests(columns: Columns, names: Names) -> dict[int, dict[str, str]]:
+    """Return the texts of cells of stored tests by name, by the number of the test."""
+    unknown = np.full(len(columns[TEST]), np.nan)  # of an output before its first value
+    texts = {name: [*map(_text, columns.get(name, unknown).tolist())] for name in names}
+    rows = zip(*texts.values(), strict=True)
+    tests = {}
+    for test, row in zip(columns[TEST].tolist(), rows, strict=True):
+        tests[test] = dict(zip(names, row, strict=True))
+    return tests
 
 
 def _choices(head: Head) -> dict[str, Names]:
