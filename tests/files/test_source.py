@@ -609,9 +609,6 @@ def test_grouped_frames_have_their_keys_as_variables(frame, objectives):
     assert table.names == ["a, 1", "b, 1", "b, 2"]
     assert table.X.tolist() == [["a", 1], ["b", 1], ["b", 2]]
     np.testing.assert_allclose(table[objectives[0]], [1.1, 2, 3])
-
-
-def test_intervals_are_keys():
     halves = RUNS.groupby(pd.cut(RUNS["mass"], 2), observed=False)[["mass", "cost"]].mean()
     assert read_table(halves).schema.objectives == ("mass", "cost")
 
