@@ -533,6 +533,7 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
 
 _REACHES = (4.5, 8.0, 14.0, 20.0, 28.0, 40.0)  # points from a point to its name
 # Where the box of a name is: its direction from the point, and which of its shares is there.
+_BESIDE_MARK = 1.5  # points more to the first name, whose dot is larger
 _DIRECTIONS = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
     + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
@@ -606,7 +607,8 @@ def _place(
         leaders = [leader for *_, leader in others if leader is not None]
         name.set_visible(True)  # an invisible one has no size
         name.set_text(text)
-        return _best_place(axes, dots, row, extent(name), curves + leaders, texts + taken)
+        extra = _BESIDE_MARK if name is annotations[0] else 0.0
+        return _best_place(axes, dots, row, extent(name), curves + leaders, texts + taken, extra)
 
     for name, words, row in names:
         best[row] = place_of(name, words[-1], row)
@@ -627,7 +629,13 @@ def _place(
 
 
 def _best_place(
-    axes: Axes, dots: Array, row: int, text: Bbox, lines: Sequence[Line], taken: Sequence[Bbox]
+    axes: Axes,
+    dots: Array,
+    row: int,
+    text: Bbox,
+    lines: Sequence[Line],
+    taken: Sequence[Bbox],
+    extra: float,
 ) -> _Place:
     """Return the best place of a text near its dot, whose cost is infinite if there is no room.
 
@@ -638,6 +646,7 @@ def _best_place(
         text: A box of the size of the text.
         lines: Lines, which texts avoid.
         taken: Boxes of other texts, over which there is no room.
+        extra: By how many points its dot is larger than others.
     """
     point = axes.figure.dpi / 72
     size = text.padded(point).size
@@ -647,7 +656,7 @@ def _best_place(
     for reach, side in product(_REACHES, _DIRECTIONS):
         if best[0] < reach:  # whatever is farther costs more
             break
-        low = dot + reach * point * side[:2] - side[2:] * size
+        low = dot + (reach + extra) * point * side[:2] - side[2:] * size
         box = Bbox([low, low + size])
         if box.count_overlaps(taken) or not all(map(axes.bbox.contains, *box.corners().T)):
             continue
