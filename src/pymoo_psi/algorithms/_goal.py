@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -310,10 +311,9 @@ def _limits_of_cube(model: Model, limits: Mapping[str, Limit], learned: Names) -
         limits: Limits on columns, by name.
         learned: Columns whose limits are those of learned outputs instead.
     """
-    names = dict(zip(model.space.variable_names, model.schema.variables, strict=True))
+    names = compress(model.schema.variables, model.space.are_searched)
     cube = []
-    for variable in model.space.searched:
-        name = names[variable.name]
+    for variable, name in zip(model.space.searched, names, strict=True):
         ends = 0.0, 1.0
         if name in limits and name not in learned:
             ends = variable.between(limits[name].lower, limits[name].upper)

@@ -383,10 +383,10 @@ class SurrogateSource(Source):
         goal = Goal.of(table, self.model)
         tests = Observations.of(table, goal, n_uniform, pending.cube_points)
         self._learn(tests, goal)
-        round_number = len(self._ends) - 1
-        random = np.random.default_rng([self.seed, round_number])
+        n_rounds = len(self._ends) - 1  # before this one
+        random = np.random.default_rng([self.seed, n_rounds])
         size = self._size(int(table.feasible().sum()))
-        return propose(tests, goal, self._learned, size, round_number, random)
+        return propose(tests, goal, self._learned, size, n_rounds, random)
 
     def _learn(self, tests: Observations, goal: Goal) -> None:
         """Fit kernels again if there are enough new tests."""
