@@ -439,7 +439,8 @@ class ProgramProblem(ElementwiseProblem):
                     value = float(expression.values(columns)[0])
                 else:
                     value = output.read(run.folder)
-                    if inputs.get(Path(output.file)) == text_of(run.folder / output.file):
+                    file = Path(output.file)
+                    if file in inputs and inputs[file] == text_of(run.folder / file):
                         raise ValueError(f"the program left {output.file} as it was")
                 if not math.isfinite(value):
                     raise ValueError(f"it is {value}")
