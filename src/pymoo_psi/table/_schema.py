@@ -404,7 +404,7 @@ class Schema:
     # Designs
 
     def bounds_around(self, data: Mapping[str, AnyArray], margin: float) -> tuple[Array, Array]:
-        """Return ``(n_var,)`` lower and upper bounds of designs; see `TestTable.refined_bounds`.
+        """Return ``(n_var,)`` lower and upper bounds; see :meth:`TestTable.refined_bounds`.
 
         Args:
             data: ``(n,)`` columns of the variables, n >= 1.
