@@ -211,9 +211,10 @@ class StudyStore(Store):
         numbers = points.numbers
         if self._has_other_runs:  # they may have tested the same designs
             model = self._model
-            keys = model.keys(points.matrix(model.space))
             with self.study.changes() as database:
-                database.adopt(self.run, numbers, keys, model.repeat, noisy=model.noisy)
+                untested = points.without(database.test_points(self.run, int(numbers[0])))
+                keys = model.keys(untested.matrix(model.space))
+                database.adopt(self.run, untested.numbers, keys, model.repeat, noisy=model.noisy)
         tests = self._stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
         return tests.take(np.isin(tests.numbers, numbers))
