@@ -327,19 +327,23 @@ class Explanation:
             >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs
             'What it costs against the best: 8 in f2 (100 % of its range).'
         """
-        changes = [f"{amount}{share}" for amount, share in self.amounts()]
+        return self.costs_with("{}{}")
+
+    def costs_with(self, form: str) -> str:
+        """Return :attr:`costs` with its amounts, and their shares of a range, in another form.
+
+        Example:
+            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).costs_with("*{}*{}")
+            'What it costs against the best: *8 in f2* (100 % of its range).'
+        """
+        changes = [form.format(*amount) for amount in self._amounts()]
         measure = "fixed" if self.ranking.frame.is_fixed else "best"
         if not changes:
             return sentence(f"all {measure}")
         return sentence(f"costs {measure}", changes=listed(changes))
 
-    def amounts(self) -> list[tuple[str, str]]:
-        """Return the parts of :attr:`costs`: amounts, each with its share of a range behind it.
-
-        Example:
-            >>> explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0).amounts()
-            [('8 in f2', ' (100 % of its range)')]
-        """
+    def _amounts(self) -> list[tuple[str, str]]:
+        """Return the amounts in :attr:`costs`, each with its share of a range behind it."""
         order = by_size(self.shares)
         columns = order[self.behind[order] > 0]
         amounts: list[tuple[str, str]] = []
