@@ -353,16 +353,13 @@ def _designs(cells: Cells, head: Head, formulation: Formulation) -> Cells:
     columns = cells.columns
     place, mark = added_columns(columns, present=True)
     derived: tuple[str, ...] = ()  # what a program has written beside the columns of designs
-    is_kept = [True] * len(cells.rows)
-    why = ""
+    # A failed design may hold anything, so it is left out before numbers are read.
     if {*RESULTS} <= {*columns} and {*map(str, columns["status"])} <= {*STATUSES}:
         derived = RESULTS  # of a table of tests
-        is_kept = [status == "ok" for status in columns["status"]]
-        why = "not feasible"
+        cells = cells.kept([status == "ok" for status in columns["status"]], "not feasible")
     elif {place, mark} <= {*columns} and all(map(_MARK.fullmatch, map(str, columns[mark]))):
         derived = (place, mark)  # of a page
-        is_kept = [text != "prototype" for text in columns[mark]]
-        why = "prototypes of a page"
+        cells = cells.kept([text != "prototype" for text in columns[mark]], "prototypes of a page")
     elif {*RANKING_COLUMNS} <= {*columns}:
         derived = RANKING_COLUMNS
     is_stated = head.get("objectives") or formulation.objectives
@@ -372,8 +369,6 @@ def _designs(cells: Cells, head: Head, formulation: Formulation) -> Cells:
             "put it beside the file or give the table itself, or say --objectives and --maximize "
             "(Formulation(objectives=..., maximize=...))",
         )
-    # A failed design may hold anything, so it is left out before numbers are read.
-    cells = cells.kept(is_kept, why)
     others = {name: column for name, column in cells.columns.items() if name not in derived}
     return replace(cells, columns=others)
 
@@ -724,7 +719,7 @@ def _values(column: TextColumn, role: str) -> AnyArray:
     if column.numbers is not None:
         return column.numbers
     if {*column.texts} <= {"True", "False"}:
-        return np.asarray(np.array(column.texts) == "True")
+        return np.isin(column.texts, "True")
     return np.fromiter(column.texts, object)
 
 
