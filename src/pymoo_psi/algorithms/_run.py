@@ -575,19 +575,17 @@ def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
 def _shown_on(bar: Any) -> Callable[..., None]:
     """Return what shows a share and a note on a bar, or in lines without one."""
     due = time.monotonic() + _EVERY
-    since = 0.0
-    known = 0.0  # the first share, which was known before the run
+    start: tuple[float, float] | None = None  # the time, and the share that was known before
 
     def show(share: float, note: str = "") -> None:
-        nonlocal due, since, known
+        nonlocal due, start
         now = time.monotonic()
+        start = start or (now, share)
+        since, known = start
         parts = []
         if note:
             parts.append(note)
-        if known == 0:
-            since = now
-            known = share
-        elif known < share < 1:
+        if known < share < 1:
             seconds = (now - since) * (1 - share) / (share - known)
             parts.append(f"{timedelta(seconds=math.ceil(seconds))} left")
         if bar is not None:
