@@ -38,6 +38,7 @@ addEventListener("keydown", (event) => {
 // Designs that came since. The charts keep their scales unless they must change.
 function grow(more) {
   addDesigns(more)
+  ranking = null // of fewer designs, whose values may be in other groups of equal ones
   filtered = null
   update()
 }

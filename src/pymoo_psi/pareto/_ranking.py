@@ -647,7 +647,7 @@ def ranking_of(
         ideal: As for :func:`rank_of_efficiency`.
         nadir: As for :func:`rank_of_efficiency`.
     """
-    F = np.asfortranarray(objectives.minimized)
+    F = np.asfortranarray(objectives.minimized)  # by column, as without_rounding() has its values
     front = np.flatnonzero(pareto)
     optimal = without_rounding(F[front])
     F[front] = optimal
