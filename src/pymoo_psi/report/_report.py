@@ -141,25 +141,30 @@ def decision_report(
     if not isinstance(table, TestTable):
         table = read_table(table, drop_incomplete=True)
         about = (*about, *table.remarks)
-    eligible = table.feasible()
     chosen = table.decision.chosen
+    warning = _warning(table)
     if design is not None:
         ranking = table.feasible_ranking()
         row = ranked_row("design", table.row_of(design), table, ranking)
         chosen = table.names[ranking.rows[row]]
-    elif chosen is not None:
-        reason = ""
-        if chosen not in table.names:
-            reason = "is not among these designs"
-        elif not eligible[table.names.index(chosen)]:
-            reason = "violates the limits"
-        warning = f"Warning: {chosen}, the chosen design, {reason}."
-        if reason:
-            chosen = None
-            about = (*[line for line in about if line != warning], warning)
+    elif warning:
+        chosen = None
+        about = (*[line for line in about if line != warning], warning)  # a command has said it
     if chosen is None or chosen != table.decision.chosen:  # the reason is that of another design
         table = table.under(replace(table.decision, chosen=chosen, reason=""))
-    if not eligible.any():
+    if not table.feasible().any():
         return DecisionReport(title, question, about, None, (), table)
     choice = Choice(table, existing_designs(prototype, table))
     return DecisionReport(title, question, about, choice.ranking, choice.cautions, table, choice)
+
+
+def _warning(table: TestTable) -> str:
+    """Return why the chosen design of a decision does not count; empty if it does."""
+    chosen = table.decision.chosen
+    if chosen is None:
+        return ""
+    if chosen not in table.names:
+        return f"Warning: {chosen}, the chosen design, is not among these designs."
+    if not table.feasible()[table.names.index(chosen)]:
+        return f"Warning: {chosen}, the chosen design, violates the limits."
+    return ""
