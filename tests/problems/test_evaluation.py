@@ -15,7 +15,7 @@ from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, lp_tau
+from pymoo_psi import PSI, FailureTolerant, Restricted, lp_tau
 from pymoo_psi.problems import evaluate_designs
 from tests.helpers.models import Model as OfFunction
 from tests.helpers.refusals import warned
@@ -218,13 +218,14 @@ def test_designs_by_name_are_copies_too():
     assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
 
 
-def test_problems_that_transform_designs_are_not_bypassed():
+@pytest.mark.parametrize("wrap", [lambda p: p, lambda p: Restricted(p, {"x1": (0.0, 1.0)})])
+def test_problems_that_transform_designs_are_not_bypassed(wrap):
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 
     designs = np.array([[0.0], [0.25], [0.75]])
     size = {"n_var": 1, "n_obj": 1, "n_ieq_constr": 1}
     holed = OfFunction(lambda x: {"F": x[0], "G": x[0] - 0.5}, fails=lambda x: x[0] < 0.1, **size)
-    out = evaluate_designs(ConstraintsAsPenalty(holed, penalty=100.0), designs)
+    out = evaluate_designs(ConstraintsAsPenalty(wrap(holed), penalty=100.0), designs)
     assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
     assert out["failure"].tolist() == ["ArithmeticError: no convergence", "", ""]
 

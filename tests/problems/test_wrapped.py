@@ -47,6 +47,13 @@ class Priced(WrappedProblem):
         return {"price": self.price}
 
 
+class Part(Restricted):
+    """A wrapper of the package with other values."""
+
+    price = 3.0
+    values_from = Priced.values_from
+
+
 def model(mirrored=False, price=1.0, **options):
     """Fails at a small x1; mirrored and with a price where it is asked to be."""
 
@@ -61,6 +68,7 @@ def model(mirrored=False, price=1.0, **options):
 PAIRS = {
     "designs": (Mirrored(model()), model(mirrored=True)),
     "values": (Priced(model(), 3.0), model(price=3.0)),
+    "a part": (Part(model(), {"x2": (0.0, 1.0)}), model(price=3.0)),
     "both": (Priced(Mirrored(model()), 3.0), model(mirrored=True, price=3.0)),
 }
 BOX = {"x2": (0.1, 0.8)}

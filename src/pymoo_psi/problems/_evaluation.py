@@ -34,6 +34,7 @@ from pymoo_psi.problems._wrapped import (
     has_same_values,
     require_model,
     untolerant,
+    uses_wrapped_values,
 )
 
 # A call for many designs that raises does not say which of them failed. They are evaluated again
@@ -64,7 +65,7 @@ def evaluate_designs(problem: Any, X: Any, **kwargs: Any) -> Values:
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
         fail; and further values of the model, NaN or None where it gives none.
     """
-    if isinstance(problem, WrappedProblem):
+    if uses_wrapped_values(problem):
         values: Values = problem.values_from(
             X, lambda designs: evaluate_designs(problem.wrapped, designs, **kwargs)
         )

@@ -39,8 +39,6 @@ class Transformed(WrappedProblem):
         variables: Those here, in the same order.
     """
 
-    same_values = True
-
     def __init__(self, problem: Any, space: DesignSpace, variables: Iterable[Variable]) -> None:
         self._space_within = space
         self.space = replace(space, variables=tuple(variables))

@@ -131,8 +131,6 @@ class WrappedProblem(Wrapper):
             they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
-        same_values: Whether only designs differ: ``values_from`` is then not called, as workers get
-            the designs within one by one.
 
     Raises:
         ArgumentValueError: The other problem is :class:`FailureTolerant`, or the wrapper evaluates
@@ -148,8 +146,6 @@ class WrappedProblem(Wrapper):
         >>> bool((investigate(Priced(chute), 64).F == investigate(chute, 64).F * 3).all())
         True
     """
-
-    same_values = False
 
     def __init__(self, problem: Any, **changed: Any) -> None:
         kind = type(self)
@@ -213,9 +209,20 @@ def require_model(problem: Any) -> None:
         )
 
 
+def uses_wrapped_values(problem: Any) -> bool:
+    """Whether a problem is a wrapper whose values come from those of the wrapped problem.
+
+    Wrappers of pymoo, such as ``ConstraintsAsPenalty``, are of the class of the problem that they
+    wrap, too, with a ``do`` of their own.
+    """
+    return isinstance(problem, WrappedProblem) and type(problem).do is WrappedProblem.do
+
+
 def has_same_values(problem: Any) -> bool:
     """Whether a problem is a wrapper that has the wrapped problem's values for other designs."""
-    return isinstance(problem, WrappedProblem) and problem.same_values
+    if not uses_wrapped_values(problem):
+        return False
+    return type(problem).values_from is WrappedProblem.values_from
 
 
 def within_same_columns(problem: Any) -> Any:
