@@ -258,7 +258,7 @@ class _Surrogates:
     def aim(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and all that forbids designs.
 
-        That are limits that are exceeded, failures, and requirements that are violated.
+        These are exceeded limits, expected failures and violated requirements.
         """
         T, excess = self.outputs(points)
         columns = [excess, self.failure_risk(points), self.goal.violations(points)]

@@ -59,8 +59,13 @@ def problem_schema(
     own_maximize = [renamed.get(name, name) for name in stated]
     if maximize is None:
         maximize = own_maximize
-    elif maximize and names is None:
-        _require_own(own_maximize, maximize)
+    elif maximize and names is None and not {*own_maximize} <= {*maximize}:
+        raise invalid(
+            "maximize",
+            f"a list that includes the problem's own, {', '.join(own_maximize)}",
+            maximize,
+            "or change the problem's attribute",
+        )
     if units is None:
         own_units = unit_texts(getattr(problem, "units", None) or {}).items()
         units = {renamed.get(name, name): unit for name, unit in own_units}
@@ -70,17 +75,6 @@ def problem_schema(
     schema = schema.with_columns(*outputs).with_units(units)
     known_names("maximize", maximize, (*schema.objectives, *schema.outputs))
     return schema.changed(maximize=dict.fromkeys(maximize, True))
-
-
-def _require_own(own_maximize: Collection[str], maximize: Collection[str]) -> None:
-    """Refuse to minimize an objective that the problem itself maximizes."""
-    if not {*own_maximize} <= {*maximize}:
-        raise invalid(
-            "maximize",
-            f"a list that includes the problem's own, {', '.join(own_maximize)}",
-            maximize,
-            "or change the problem's attribute",
-        )
 
 
 def _default_schema(problem: Any, space: DesignSpace) -> Schema:

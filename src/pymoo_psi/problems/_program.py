@@ -363,7 +363,12 @@ class ProgramProblem(ElementwiseProblem):
         run = ProgramRun(Path(tempfile.mkdtemp(prefix="design-", dir=folder)))
         began = time.monotonic()
         try:
-            self._run_in_folder(run, values)
+            self._copy_template(run.folder)
+            inputs = self._fill_files(run, values)
+            for word in shlex.split(self.program.command):
+                run.words.append(self._placeholders.fill("command", word, values))
+            self.program.run(run.words, run.folder)
+            self._read(run, values, inputs)
         except (RuntimeError, OSError, ValueError) as error:  # the template may have changed
             run.flaws.append(str(error))
         if run.flaws and self._listing.file:
@@ -376,15 +381,6 @@ class ProgramProblem(ElementwiseProblem):
         else:
             shutil.rmtree(run.folder, ignore_errors=True)
         return run
-
-    def _run_in_folder(self, run: ProgramRun, values: Entries) -> None:
-        """Make the inputs, run the program, and read the outputs."""
-        self._copy_template(run.folder)
-        inputs = self._fill_files(run, values)
-        for word in shlex.split(self.program.command):
-            run.words.append(self._placeholders.fill("command", word, values))
-        self.program.run(run.words, run.folder)
-        self._read(run, values, inputs)
 
     def _copy_template(self, folder: Path) -> None:
         """Copy the template into the folder of a run, without outputs of other runs.
