@@ -22,7 +22,8 @@ _APART = "\N{NO-BREAK SPACE}"
 _STEPS = 500  # a written number tells so many values within the range of its column apart
 _AS_GIVEN = 3  # decimals up to which values are written as they are
 _SAME = 1e-12  # values closer than this, relatively, differ by rounding only
-_MOST = 12  # decimals, and digits without the rounding of a calculation
+_MOST = 12  # decimals, and digits of a number that somebody has given
+_SAFE_DIGITS = 15  # without the rounding of a calculation
 _ALL_DIGITS = 17  # of a float64
 _LONG = 1e6  # from this size on numbers with decimals are written with a power of ten
 _LONGEST = 1e7  # and from this size on all numbers
@@ -259,7 +260,7 @@ def one_sided(
     """Return the shortest text on one side of a number, which is nearer to it than others are.
 
     Typed as a limit, it has the effect of the number. One of up to three decimals has all its
-    digits.
+    digits, others have all of those before the point.
 
     Args:
         value: The number.
@@ -278,15 +279,34 @@ def one_sided(
     value = float(value)
     distances = np.abs(np.asarray(others, dtype=np.float64) - value)
     nearest = distances[distances > 0].min(initial=np.inf)
-    as_given = f"{value:.{_MOST}g}"
-    if "e" not in as_given and len(as_given.partition(".")[2]) <= _AS_GIVEN:
-        digits = max(digits, len(as_given.replace(".", "").lstrip("-0")))
+    digits = max(digits, len(_given(value).replace(".", "").lstrip("-0")))
+    if abs(value) < _LONGEST:
+        digits = max(digits, len(str(int(abs(value)))))
     rounding = ROUND_CEILING if is_up else ROUND_FLOOR
     for n_digits in range(digits, _ALL_DIGITS):
         rounded = float(Context(n_digits, rounding).create_decimal(repr(value)))
         if abs(rounded - value) < nearest:
             return number(rounded, n_digits, decimals, mark=mark)
     return number(value, _ALL_DIGITS, decimals, mark=mark)
+
+
+def as_given(value: float) -> float:
+    """Return a number of up to three decimals without the rounding of a calculation.
+
+    Example:
+        >>> as_given(10.1 - 0.3), as_given(2 / 3)
+        (9.8, 0.6666666666666666)
+    """
+    return float(_given(value) or value)
+
+
+def _given(value: float) -> str:
+    """Return the text of a number that has up to three decimals but for rounding, else nothing."""
+    text = f"{value:.{_SAFE_DIGITS}g}"
+    n_decimals = len(text.partition(".")[2])
+    if "e" in text or n_decimals > _AS_GIVEN or abs(value) >= 10 ** (_MOST - n_decimals):
+        return ""
+    return text
 
 
 def percent(share: float, mark: str = ".") -> str:

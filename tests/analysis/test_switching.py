@@ -83,7 +83,9 @@ def test_limits_between_which_the_recommendation_stays(seed):
         ("upper", "tighter", 1.234565, "1.23456"),
         ("lower", "looser", 1.234565, "1.23456"),
         ("lower", "tighter", 1.234565, "1.23457"),
-        ("upper", "tighter", 10.1 - 0.3, "9.79999"),
+        ("upper", "tighter", 10.1 - 0.3, "9.8"),
+        ("upper", "looser", 1.1 * 3, "3.30001"),
+        ("upper", "looser", 3_582_428_769.036, "3.58243e9"),
         ("upper", "looser", 12355.25, "12\u00a0355.25"),
     ],
 )

@@ -20,7 +20,7 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import operand
-from pymoo_psi._numbers import number, one_sided
+from pymoo_psi._numbers import NumberFormat, number, one_sided
 from pymoo_psi._validation import Array, Mask, counted
 from pymoo_psi.analysis._repeats import first_tests
 from pymoo_psi.pareto import listed
@@ -48,7 +48,7 @@ _LEAST_RIGHT = 0.9
 # The probability that one of the rules that are tried separates as many failures by chance is at
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
-_DIGITS = 5  # of a value beyond its limit
+_DIGITS = 5  # at least, of a value beyond its limit
 _ROUNDING = 1e-12  # the relative difference of ratios that are equal but for rounding
 _MOST_TESTS = 1024
 
@@ -128,12 +128,16 @@ def limit_words(table: TestTable) -> list[str]:
     return texts
 
 
-def text_beyond(value: Any, limit: Limit, mark: str) -> str:
-    """Return a value that violates a limit: as a limit, the text of a number would let it in."""
-    if not isinstance(value, float):
+def text_beyond(table: TestTable, name: str, limit: Limit, value: Any) -> str:
+    """Return a value that violates a limit: as a limit, the text of a number would let it in.
+
+    It has no fewer digits than in the table.
+    """
+    if not isinstance(value, float) or not np.isfinite(value):
         return str(value)
+    digits = max(NumberFormat.of(table.column(name)).digits(value), _DIGITS)
     end = limit.upper if value > limit.upper else limit.lower
-    return one_sided(value, value > limit.upper, [end], _DIGITS, mark=mark)
+    return one_sided(value, value > limit.upper, [end], digits, mark=table.decimal)
 
 
 def _missing_texts(table: TestTable) -> list[str]:
@@ -226,7 +230,7 @@ def _nearest_value(table: TestTable, name: str, rows: Mask) -> str:
     nearest = values[limit.excess(name, values).argmin()]
     if not np.isfinite(nearest):
         return f"; none of them has a value of {name}"
-    text = text_beyond(float(nearest), limit, table.decimal)
+    text = text_beyond(table, name, limit, float(nearest))
     return f"; the nearest has {name} {text} {table.schema.units.get(name, '')}".rstrip()
 
 

@@ -79,7 +79,7 @@ def beyond_limits(table: TestTable, row: int) -> dict[str, str]:
     limits = zip(mask[row], all_limits(table), limit_words(table), strict=True)
     for is_violated, (name, limit), words in limits:
         if is_violated:
-            value = text_beyond(table.column(name)[row], limit, table.decimal)
+            value = text_beyond(table, name, limit, table.column(name)[row])
             value = f"{value} {table.schema.units.get(name, '')}".strip()
             texts[name] = f"{words} ({value})"
     return texts

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._numbers import decimals_as_given, one_sided
+from pymoo_psi._numbers import as_given, decimals_as_given, one_sided
 from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -345,5 +345,8 @@ def changed_limit(table: TestTable, row: Mapping[Any, Any], digits: int = 6) -> 
     if row["direction"] == "looser":
         tests = _without_end(table, column, row["end"])
     cells = tests.column(column)[tests.feasible()].astype(np.float64)
-    text = one_sided(row["value"], is_up, cells, digits, decimals, table.decimal)
+    value = row["value"]
+    if row["direction"] == "tighter":  # which has no effect at the value: 9.799999999999999 is 9.8
+        value = as_given(value)
+    text = one_sided(value, is_up, cells, digits, decimals, table.decimal)
     return f"{text} {table.schema.units.get(column, '')}".strip()

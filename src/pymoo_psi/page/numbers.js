@@ -87,12 +87,18 @@ function written({texts, notation}, value) {
 const amount = (column, value, ranking) => withUnit({unit: column.unit === "%" ? "points" : column.unit}, short(value, 3, decimalsOf(column, ranking)))
 const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
+// A number of up to three decimals as text, without the rounding of a calculation; "" for others.
+function given(value) {
+  const text = String(Number(value.toPrecision(15)))
+  return /^-?(?=[\d.]{1,13}$)\d{1,12}(\.\d{1,3})?$/.test(text) ? text : ""
+}
+
 // A value rounded up or down to six digits, or more, until none of others is as near; and the digits.
-// One of up to three decimals has all its digits.
+// One of up to three decimals has all its digits, others have all of those before the point.
 function inDigits(value, others, isUp) {
-  const given = String(Number(value.toPrecision(12)))
-  const isShort = /^-?\d{1,12}(\.\d{1,3})?$/.test(given)
-  for (let digits = isShort ? max(6, given.replace(/^[-0.]+|\./g, "").length) : 6; digits < 17; digits++) {
+  const before = abs(value) < 1e7 ? String(floor(abs(value))).length : 0
+  const least = max(6, before, given(value).replace(/^[-0.]+|\./g, "").length)
+  for (let digits = least; digits < 17; digits++) {
     const options = {maximumSignificantDigits: digits, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}
     const near = Number(new Intl.NumberFormat("en", options).format(value))
     if (!others.some((other) => other !== value && abs(other - value) <= abs(near - value))) return [near, digits]

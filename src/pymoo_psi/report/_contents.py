@@ -462,7 +462,7 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     excess = limit.excess(name, table.column(name))
     if excess.min() == 0:  # some are within it
         return ""
-    nearest = text_beyond(table.column(name)[excess.argmin()], limit, table.decimal)
+    nearest = text_beyond(table, name, limit, table.column(name)[excess.argmin()])
     return f"The nearest value is {_with_unit(table, name, nearest)}."
 
 
