@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi import investigate
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
-from pymoo_psi.study import Study
+from pymoo_psi.study import Study, read_folder
 from tests.helpers.models import Model
 from tests.helpers.refusals import refused
 from tests.helpers.studies import (
@@ -74,13 +74,17 @@ def test_tests_come_back_in_their_order(tmp_path_factory, numbers, data):
 
 
 def test_names_that_sql_reads_as_others_are_kept(tmp_path):
-    names = ["a", "A", "number", "NUMBER", "number_", "Seconds", "rowid", "oid"]
+    names = ["a", "A", "number", "NUMBER", "number_", "Seconds", "rowid", "oid", "value", "first"]
     names += ["ä", "Ä", 'in "quotes"', "`", "[x]", "select", "1", " ", "a;b", "--", "naïve 🤖", "?"]
     head = HEAD | {"objectives": names}
     columns = block(1, 3) | {name: np.array([i, 0.1, i / 3]) for i, name in enumerate(names)}
     del columns["f1"], columns["f2"]
-    begun(tmp_path / "s.db", head).append(columns)
-    assert bits(read(tmp_path / "s.db")[1]) == bits(columns)
+    study = begun(tmp_path / "s.db", head)
+    study.append(columns)
+    assert bits(read(study.path)[1]) == bits(columns)
+    assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(columns)
+    with study.reading() as database:
+        assert database.find(database.keys(columns)).tolist() == [1, 2, 3]
 
 
 def test_columns_with_similar_names_keep_their_values_in_any_order(study_file):

@@ -209,13 +209,14 @@ class StudyStore(Store):
         if not self._recalls:
             return self.empty
         numbers = points.numbers
+        ends = int(numbers[0]), int(numbers[-1])
         if self._has_other_runs:  # they may have tested the same designs
             model = self._model
             with self.study.changes() as database:
-                untested = points.without(database.test_points(self.run, int(numbers[0])))
+                untested = points.without(database.test_points(self.run, *ends))
                 keys = model.keys(untested.matrix(model.space))
                 database.adopt(self.run, untested.numbers, keys, model.repeat, noisy=model.noisy)
-        tests = self._stored(int(numbers[0]), int(numbers[-1]))
+        tests = self._stored(*ends)
         # The file of a share may hold points of other shares.
         return tests.take(np.isin(tests.numbers, numbers))
 
@@ -362,7 +363,7 @@ class StudyStore(Store):
         steering = self.study.facts().steering
         requests = []
         for request in steering[self._n_requests or 0 :]:
-            if request["is_over"]:
+            if request.get("is_over"):  # a study of an earlier version may not say so
                 continue
             if self._n_requests is None and request["action"] not in LASTING:
                 answer = f"{request['answer']}; over when the run began"

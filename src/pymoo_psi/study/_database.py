@@ -105,45 +105,38 @@ class Proposal(NamedTuple):
     content: Values
 
 
-class _Test(NamedTuple):
-    """A row of the table of tests: what it says of a test, and the values of the head's columns."""
-
-    design: str | None
-    repeat: int
-    status: str | None
-    reason: str | None
-    origin: str | None
-    seconds: float | None
-    values: tuple[Any, ...]
-
-    def contradicts(self, repetition: _Test) -> bool:
-        """Whether a repetition of this test has other results; values of both can differ."""
-        if self.status in (None, "failed"):
-            return False
-        pairs = zip(self.values, repetition.values, strict=True)
-        differs = any(old != new for old, new in pairs if old is not None and new is not None)
-        return differs or repetition.status == "failed"
-
-    def completed_by(self, repetition: _Test) -> _Test:
-        """Return what is kept of this test and a repetition.
-
-        A planned test is made now, and a failed one is replaced. Another one gets the values that
-        it lacks, unless the repetition contradicts it.
-        """
-        if self.status is None:
-            return repetition
-        if self.status == "failed":
-            if repetition.status == "failed" and repetition.reason == self.reason:
-                return self
-            return repetition._replace(repeat=self.repeat)
-        if self.contradicts(repetition):
-            return self
-        pairs = zip(self.values, repetition.values, strict=True)
-        return self._replace(values=tuple(new if old is None else old for old, new in pairs))
+_FACTS = ("design", "repeat", "status", "reason", "origin", "seconds")
+# A row of the table of tests: its number, the facts, and the values of the columns of the head.
+_Row = tuple[Any, ...]
+_REPEAT, _STATUS, _REASON = 2, 3, 4  # places in a row
+_VALUES = slice(7, None)
 
 
-_FACTS = _Test._fields[:-1]  # columns of tests beside the values
-_N_FACTS = len(_Test._fields)  # with the number
+def _contradicts(repetition: _Row, test: _Row) -> bool:
+    """Whether a repetition of a test has other results; values of both can differ."""
+    if test[_STATUS] in (None, "failed"):
+        return False
+    pairs = zip(test[_VALUES], repetition[_VALUES], strict=True)
+    differs = any(old != new for old, new in pairs if old is not None and new is not None)
+    return differs or repetition[_STATUS] == "failed"
+
+
+def _completed(test: _Row, repetition: _Row) -> _Row:
+    """Return what is kept of a test and a repetition.
+
+    A planned test is made now, and a failed one is replaced. Another one gets the values that it
+    lacks, unless the repetition contradicts it.
+    """
+    if test[_STATUS] is None:
+        return repetition
+    if test[_STATUS] == "failed":
+        if repetition[_STATUS] == "failed" and repetition[_REASON] == test[_REASON]:
+            return test
+        return (*repetition[:_REPEAT], test[_REPEAT], *repetition[_STATUS:])
+    if _contradicts(repetition, test):
+        return test
+    pairs = zip(test[_VALUES], repetition[_VALUES], strict=True)
+    return (*test[: _VALUES.start], *(new if old is None else old for old, new in pairs))
 
 
 class _Block:
@@ -152,70 +145,87 @@ class _Block:
     What is stored does not depend on how the tests of a run are divided into blocks.
 
     Args:
+        database: The study.
         run: The run.
+        points: The points.
+        keys: The keys of their designs.
+        numbers: The numbers of new tests, which others may have.
         repeat: Which of the tests of its design each point has; 0 for a further one.
-        stored_tests: The stored tests, by number.
-        stored_plan: The numbers of the tests that points have.
-        tests_of_run: All tests of the run if its model is noisy: a design that recurs in the run is
-            tested again. Otherwise ``None``.
-        free_number: A number that no test has, nor any greater one.
+        noisy: Whether a design that recurs in the run is tested again.
 
     Attributes:
-        tests: The tests after the block.
-        plan: The numbers of the tests of the points after the block.
+        stored_tests: The stored tests by number.
         contradictions: The points whose tests have other results now.
     """
 
     def __init__(
         self,
+        database: Database,
         run: int,
-        repeat: int,
-        stored_tests: Mapping[int, _Test],
-        stored_plan: Mapping[int, int],
-        tests_of_run: Sequence[int] | None,
-        free_number: int,
+        points: Sequence[int],
+        keys: Sequence[str | None],
+        numbers: Sequence[int],
+        repeat: int = 1,
+        *,
+        noisy: bool = False,
     ) -> None:
-        self.stored_tests = stored_tests
-        self.stored_plan = stored_plan
-        self.tests = dict(stored_tests)
-        self.plan = dict(stored_plan)
         self.contradictions: list[int] = []
-        self.run = run
+        self._db = database.db
+        self._names = database.names()
+        self._run = run
         self._repeat = repeat
-        self._is_noisy = tests_of_run is not None
-        self._tests_of_run = {*(tests_of_run or ())}
-        self._free_number = free_number
+        self._noisy = noisy
+        query = """
+            SELECT point, test FROM plan JOIN tests USING (test)
+            WHERE run = ? AND point IN (SELECT value FROM json_each(?))
+        """
+        self._stored_plan = dict(self._db.execute(query, (run, json.dumps(points))))
+        self._plan = dict(self._stored_plan)
+        (last,) = self._db.execute("SELECT coalesce(max(test), 0) FROM tests").fetchone()
+        self._free_number = max(last, *numbers, 0) + 1
+        known = [*self._plan.values(), *(number for number in numbers if number <= last)]
+        # A join, as SQLite would sort the designs of a subquery. "value" may be a column of tests.
+        query = f"""
+            SELECT {", ".join(self._names)} FROM tests WHERE test IN (
+                SELECT test FROM json_each(?) CROSS JOIN tests ON design = json_each.value
+                UNION ALL SELECT value FROM json_each(?))
+        """
+        rows = self._db.execute(query, (json.dumps(keys), json.dumps(known)))
+        self.stored_tests: dict[int, _Row] = {row[0]: row for row in rows}
+        self._tests = dict(self.stored_tests)
         # By design and repeat.
-        self._numbers = {test[:2]: number for number, test in stored_tests.items()}
+        self._numbers = {row[1:_STATUS]: number for number, row in self._tests.items()}
         self._free_repeats: dict[str | None, int] = {}  # those before are taken
+        self._tests_of_run = {*database.tests_of_points(run).values()} if noisy else set()
 
-    def add(self, point: int, number: int, test: _Test) -> None:
+    def add(self, point: int, number: int, design: str | None, content: _Row) -> None:
         """Let a point have a test: the known one of its design, which may change, or a new one.
 
         Args:
             point: The point.
             number: The number of the test if it is new, unless another one has it.
-            test: The test.
+            design: The key of its design.
+            content: The row of the test after its repeat.
         """
-        known_number, repeat = self.find(point, test.design)
-        if repeat != test.repeat:
-            test = test._replace(repeat=repeat)
+        known_number, repeat = self.find(point, design)
         if known_number is not None:
             number = known_number
-            stored = self.tests[number]
-            if point in self.stored_plan and stored.contradicts(test):
-                self.contradictions.append(point)
-            test = stored.completed_by(test)
-        elif number in self.tests:
+        elif number in self._tests:
             number = self._free_number
             self._free_number += 1
-        self.tests[number] = test
-        self._numbers[test.design, test.repeat] = number
+        test = (number, design, repeat, *content)
+        if known_number is not None:
+            stored = self._tests[number]
+            if point in self._stored_plan and _contradicts(test, stored):
+                self.contradictions.append(point)
+            test = _completed(stored, test)
+        self._tests[number] = test
+        self._numbers[test[1:_STATUS]] = number
         self.assign(point, number)
 
     def assign(self, point: int, number: int) -> None:
         """Let a point have a test of the block by its number."""
-        self.plan[point] = number
+        self._plan[point] = number
         self._tests_of_run.add(number)
 
     def find(self, point: int, design: str | None) -> tuple[int | None, int]:
@@ -228,9 +238,9 @@ class _Block:
         repeat = self._repeat
         if repeat == 0:
             repeat = self._free_repeat(design)
-        elif self._is_noisy and self._numbers.get((design, repeat)) in self._tests_of_run:
-            repeat = -((self.run - 1) * ROOM + point)  # for this point alone
-        number = self.plan.get(point)
+        elif self._noisy and self._numbers.get((design, repeat)) in self._tests_of_run:
+            repeat = -((self._run - 1) * ROOM + point)  # for this point alone
+        number = self._plan.get(point)
         if number is None and design is not None:
             number = self._numbers.get((design, repeat))
         return number, repeat
@@ -245,6 +255,25 @@ class _Block:
             repeat += 1
         self._free_repeats[design] = repeat
         return repeat
+
+    def write(self) -> dict[int, _Row]:
+        """Write the tests and the plan; return the tests that are new or changed, by number."""
+        tests = _changes(self.stored_tests, self._tests)
+        plan = _changes(self._stored_plan, self._plan)
+        marks = ", ".join("?" * len(self._names))
+        values = ", ".join(f"{name} = excluded.{name}" for name in self._names)
+        self._db.executemany(
+            f"INSERT INTO tests ({', '.join(self._names)}) VALUES ({marks}) "
+            f"ON CONFLICT (test) DO UPDATE SET {values}",
+            tests.values(),
+        )
+        # The points may have proposals.
+        self._db.executemany(
+            "INSERT INTO plan (run, point, test) VALUES (?, ?, ?) "
+            "ON CONFLICT (run, point) DO UPDATE SET test = excluded.test",
+            ((self._run, point, number) for point, number in plan.items()),
+        )
+        return tests
 
 
 @contextmanager
@@ -346,7 +375,8 @@ class Database:
 
     def last_point(self, run: int) -> int:
         """Return the greatest point of a run that has a test or a proposal; 0 without any."""
-        return _integer(self.db, "SELECT max(point) FROM plan WHERE run = ?", run)
+        query = "SELECT coalesce(max(point), 0) FROM plan WHERE run = ?"
+        return int(self._integers(query, run)[0])
 
     def n_left(self) -> int:
         """Return how many planned points have no test."""
@@ -400,13 +430,13 @@ class Database:
         self.add_proposal(run, proposal)
         point = proposal.test_point
         design = {name: np.array([value]) for name, value in proposal.content["design"].items()}
-        # Without a key: until it is made, others may test the same design.
-        (test,) = self._tests_of(design, [None])
         number = (run - 1) * ROOM + point
-        block = self._block(run, [point], [None], [number])
-        block.add(point, number, test)
-        self._write(block)
-        return block.plan[point], proposal
+        # Without a key: until it is made, others may test the same design.
+        block = _Block(self, run, [point], [None], [number])
+        (content,) = self._contents(design, 1)
+        block.add(point, number, None, content)
+        (number,) = block.write()
+        return number, proposal
 
     def cancel(self, run: int, test: int, test_point: int) -> None:
         """Give up a planned test."""
@@ -445,7 +475,7 @@ class Database:
             self.remove(tests["test"][is_unmade])
         if columns:
             self.widen(columns)
-            cells = self._cells_of_values(columns)
+            cells = self._cells(columns)
             changes = ", ".join(f"{name} = ?" for name in cells)
             rows = zip(*cells.values(), tests["test"].tolist(), strict=True)
             self.db.executemany(f"UPDATE tests SET {changes} WHERE test = ?", rows)
@@ -489,9 +519,10 @@ class Database:
         points = columns["test_point"].tolist()
         numbers = columns.get("test", (run - 1) * ROOM + columns["test_point"]).tolist()
         keys = self.keys(columns)
-        block = self._block(run, points, keys, numbers, repeat, noisy=noisy)
-        for point, number, test in zip(points, numbers, self._tests_of(columns, keys), strict=True):
-            block.add(point, number, test)
+        block = _Block(self, run, points, keys, numbers, repeat, noisy=noisy)
+        contents = self._contents(columns, len(points))
+        for point, number, key, content in zip(points, numbers, keys, contents, strict=True):
+            block.add(point, number, key, content)
         if block.contradictions:
             raise invalid(
                 "block",
@@ -499,7 +530,7 @@ class Database:
                 Received(f"other values for test point {block.contradictions[0]} of run {run}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        tests = self._write(block)
+        tests = block.write()
         n_changed = len(tests.keys() & block.stored_tests.keys())
         if n_changed and repeat:  # people's own tests are planned, or in the log already
             self.log(f"run {run}", changed=n_changed)
@@ -512,90 +543,27 @@ class Database:
         self, run: int, points: Integers, keys: Sequence[str], repeat: int, *, noisy: bool
     ) -> None:
         """Plan the tests that there are for points of a run with the same designs."""
-        block = self._block(run, points.tolist(), keys, [], repeat, noisy=noisy)
+        block = _Block(self, run, points.tolist(), keys, [], repeat, noisy=noisy)
         for point, key in zip(points.tolist(), keys, strict=True):
             number, _ = block.find(point, key)
             if number is not None:
                 block.assign(point, number)
-        self._write(block)
-
-    def _block(
-        self,
-        run: int,
-        points: Sequence[int],
-        keys: Sequence[str | None],
-        numbers: Sequence[int],
-        repeat: int = 1,
-        *,
-        noisy: bool = False,
-    ) -> _Block:
-        """Return a block of points of a run, with the stored tests of their designs.
-
-        Args:
-            run: The run.
-            points: The points.
-            keys: The keys of their designs.
-            numbers: The numbers of new tests, which others may have.
-            repeat: Which of the tests of its design each point has.
-            noisy: Whether the model is noisy.
-        """
-        last = _integer(self.db, "SELECT max(test) FROM tests")
-        old_numbers = [number for number in numbers if number <= last]
-        query = """
-            SELECT point, test FROM plan JOIN tests USING (test)
-            WHERE run = ? AND point IN (SELECT value FROM json_each(?))
-        """
-        plan = dict(self.db.execute(query, (run, json.dumps(points))))
-        query = f"""
-            SELECT {", ".join(["test", *self._names()])} FROM tests
-            WHERE design IN (SELECT value FROM json_each(?))
-                OR test IN (SELECT value FROM json_each(?))
-        """
-        arguments = json.dumps(keys), json.dumps([*plan.values(), *old_numbers])
-        tests = {}
-        for row in self.db.execute(query, arguments):
-            tests[row[0]] = _Test._make([*row[1:_N_FACTS], row[_N_FACTS:]])
-        tests_of_run = None
-        if noisy:
-            query = "SELECT test FROM plan WHERE run = ? AND test NOT NULL"
-            tests_of_run = self._integers(query, run).tolist()
-        free_number = max(last, *numbers, 0) + 1
-        return _Block(run, repeat, tests, plan, tests_of_run, free_number)
-
-    def _write(self, block: _Block) -> dict[int, _Test]:
-        """Write the tests and the plan of a block; return the tests that are new or changed."""
-        tests = _changes(block.stored_tests, block.tests)
-        plan = _changes(block.stored_plan, block.plan)
-        names = self._names()
-        marks = ", ".join("?" * len(names))
-        values = ", ".join(f"{name} = excluded.{name}" for name in names)
-        self.db.executemany(
-            f"INSERT INTO tests (test, {', '.join(names)}) VALUES (?, {marks}) "
-            f"ON CONFLICT (test) DO UPDATE SET {values}",
-            ((number, *test[:-1], *test.values) for number, test in tests.items()),
-        )
-        # The points may have proposals.
-        self.db.executemany(
-            "INSERT INTO plan (run, point, test) VALUES (?, ?, ?) "
-            "ON CONFLICT (run, point) DO UPDATE SET test = excluded.test",
-            ((block.run, point, number) for point, number in plan.items()),
-        )
-        return tests
+        block.write()
 
     def number_by_points(self) -> None:
         """Give each test of the only run the number of the first of its points."""
         self.db.execute("""
-            UPDATE tests SET test = -first FROM
-                (SELECT test AS number, min(point) AS first FROM plan GROUP BY test)
-            WHERE number = test AND first < test
+            UPDATE tests SET test = -numbered.first FROM
+                (SELECT test, min(point) AS first FROM plan GROUP BY test) AS numbered
+            WHERE numbered.test = tests.test AND numbered.first < tests.test
         """)
         self.db.execute("UPDATE tests SET test = -test WHERE test < 0")  # now none is taken
 
     def find(self, keys: Sequence[str]) -> Integers:
         """Return the first tests of n designs by their keys, 0 where there is none."""
         query = """
-            SELECT coalesce((SELECT test FROM tests WHERE design = value AND repeat = 1), 0)
-            FROM json_each(?) ORDER BY key
+            SELECT coalesce(test, 0) FROM json_each(?)
+            LEFT JOIN tests ON design = json_each.value AND repeat = 1 ORDER BY json_each.key
         """
         return self._integers(query, json.dumps(keys))
 
@@ -607,29 +575,28 @@ class Database:
             return [None] * len(columns["test_point"])
         return keys_of_designs(designs, [*map(Kind, head["kinds"])])
 
-    def _tests_of(self, columns: Columns, keys: Sequence[str | None]) -> list[_Test]:
-        """Return the tests of columns, with the keys of their designs, as first ones of these."""
-        unknown = [None] * len(keys)
-        facts = {"design": keys, "repeat": [1] * len(keys)}
-        for name in ("status", "reason", "origin", "seconds"):
-            facts[name] = _cells(columns[name]) if name in columns else unknown
-        facts["reason"] = [reason or None for reason in facts["reason"]]
-        cells_by_name = self._cells_of_values(columns)
-        values = [cells_by_name.get(sql, unknown) for sql, _ in self._columns.values()]
-        rows = [*zip(*values, strict=True)] or [()] * len(keys)
-        return [*map(_Test, *facts.values(), rows)]
+    def names(self) -> list[str]:
+        """Return the names in SQL of the cells of a test."""
+        return ["test", *_FACTS, *(sql for sql, _ in self._columns.values())]
 
-    def _cells_of_values(self, columns: Columns) -> dict[str, list[Any]]:
-        """Return columns of values as lists by their names in SQL."""
-        cells = {}
+    def _contents(self, columns: Columns, n: int) -> Iterator[_Row]:
+        """Return the rows of n tests after their repeats."""
+        cells = self._cells(columns)
+        unknown = [None] * n
+        return zip(*(cells.get(name, unknown) for name in self.names()[_STATUS:]), strict=True)
+
+    def _cells(self, columns: Columns) -> dict[str, list[Any]]:
+        """Return columns of tests as lists by their names in SQL."""
+        cells: dict[str, list[Any]] = {}
+        for name in ("status", "reason", "origin", "seconds"):
+            if name in columns:
+                cells[name] = _cells(columns[name])
+        if "reason" in cells:
+            cells["reason"] = [reason or None for reason in cells["reason"]]
         for name, (sql, kind) in self._columns.items():
             if name in columns:
                 cells[sql] = _cells(columns[name].astype(DTYPES[kind]))
         return cells
-
-    def _names(self) -> list[str]:
-        """Return the names in SQL of the columns of a :class:`_Test`."""
-        return [*_FACTS, *(sql for sql, _ in self._columns.values())]
 
     @cached_property
     def _columns(self) -> dict[str, tuple[str, Kind]]:
@@ -694,15 +661,16 @@ class Database:
 
     def tests_of_points(self, run: int) -> dict[int, int]:
         """Return the tests of the points of a run."""
-        return dict(self.db.execute("SELECT point, test FROM plan WHERE run = ?", (run,)))
+        query = "SELECT point, test FROM plan WHERE run = ? AND test NOT NULL"
+        return dict(self.db.execute(query, (run,)))
 
-    def test_points(self, run: int, first: int) -> Integers:
-        """Return the test points of a run with a test, from ``first`` on, increasing."""
-        return self._integers(f"SELECT point FROM {_OF_RUN} ORDER BY point", run, first, LAST)
+    def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
+        """Return the test points of a run from ``first`` to ``last`` with a test, increasing."""
+        return self._integers(f"SELECT point FROM {_OF_RUN} ORDER BY point", run, first, last)
 
     def count(self, rows: str) -> int:
         """Return how many rows there are in SQL."""
-        return _integer(self.db, f"SELECT count(*) FROM {rows}")
+        return int(self._integers(f"SELECT count(*) FROM {rows}")[0])
 
     def _integers(self, query: str, *arguments: Any) -> Integers:
         """Return the integers of a column."""
@@ -797,19 +765,13 @@ def _changes(before: Mapping[int, Any], after: Mapping[int, Any]) -> dict[int, A
     return {key: value for key, value in after.items() if before.get(key) != value}
 
 
-def _integer(db: sqlite3.Connection, query: str, *arguments: Any) -> int:
-    """Return the integer that a query finds; 0 if there is none."""
-    row = db.execute(query, arguments).fetchone() or (None,)
-    return int(row[0] or 0)
-
-
 def _cells(column: AnyArray) -> list[Any]:
     """Return the cells of a column as SQLite has them: NaN is NULL."""
-    cells = column.astype(object)
+    cells: list[Any] = column.tolist()
     if column.dtype.kind == "f":
-        cells[np.isnan(column)] = None
-    cells_of_column: list[Any] = cells.tolist()
-    return cells_of_column
+        for row in np.flatnonzero(np.isnan(column)):
+            cells[row] = None
+    return cells
 
 
 def _text(value: Any) -> str:
