@@ -38,6 +38,18 @@ def test_the_order_of_arrival_changes_no_table(tmp_path, study, make):
     assert result.algorithm.evaluator.n_eval == (40 if study else 100)
 
 
+def test_a_runner_with_a_call_of_its_own_gets_batches():
+    sizes = []
+
+    class Counting(JoblibRunner):
+        def __call__(self, f, X):
+            sizes.append(len(X))
+            return super().__call__(f, X)
+
+    investigate(Sum(elementwise_runner=Counting(1)), 8)
+    assert sum(sizes) == 8
+
+
 def test_no_worker_waits_for_the_slowest_of_a_block(tmp_path):
     """The first point ends only when all others are tested: no block is a barrier."""
 

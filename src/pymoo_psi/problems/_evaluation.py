@@ -91,9 +91,9 @@ def streams(problem: Any) -> bool:
     """
     while has_same_values(problem):
         problem = problem.wrapped
-    runner = problem.elementwise_runner
-    is_ours = isinstance(runner, Runner) or type(runner) is LoopedElementwiseEvaluation
-    return _is_one_by_one(problem) and problem.callback is None and is_ours
+    ours = (Runner.__call__, LoopedElementwiseEvaluation.__call__)
+    runner = type(problem.elementwise_runner)
+    return _is_one_by_one(problem) and problem.callback is None and runner.__call__ in ours
 
 
 def _is_one_by_one(problem: Any) -> bool:
