@@ -326,6 +326,13 @@ def test_names_reasons_and_titles_are_text():
     assert f"{EVIL} \N{REPLACEMENT CHARACTER}" in text
 
 
+@undrawn
+@pytest.mark.filterwarnings("ignore:Glyph 1 ")
+def test_control_characters_of_names_are_replaced():
+    html = decision_report(pd.DataFrame({"a\x01b": [1, 2, 4], "c": [4, 2, 1]})).html()
+    assert "<b>1 in a\N{REPLACEMENT CHARACTER}b</b> (33\N{NO-BREAK SPACE}% of its range)" in html
+
+
 def test_nothing_is_loaded_and_nothing_runs(html):
     found = Reader(html)
     assert not {"script", "link", "iframe", "object"} & {*found.tags}

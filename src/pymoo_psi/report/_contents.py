@@ -156,15 +156,11 @@ class Choice:
             text = f"The best in {_few(self.explanation.best_in)}"
         return f"{text} among the {counted(n, 'design')}{limits}. {self.explanation.ties}".strip()
 
-    def costs(self) -> list[list[str]]:
-        """Return how far the design is from the best values, in parts: amounts, and what follows.
-
-        The first amount is empty.
-        """
+    def costs(self, form: str) -> str:
+        """Return how far the design is from the best values, with its amounts in a form."""
         if not self.explanation.behind.any():  # which has been said
-            return []
-        first, *parts = self.explanation.costs_with("\1{}\2{}").split("\1")
-        return [["", first], *(part.split("\2", 1) for part in parts)]
+            return ""
+        return self.explanation.costs_with(form)
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column, or a difference of values, with its unit."""

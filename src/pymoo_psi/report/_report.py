@@ -97,6 +97,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters |= {"grid": _contents.grid, "image": _contents.image}
+    environment.filters["printable"] = _contents.printable
     return environment.get_template("report.html")
 
 
