@@ -137,6 +137,10 @@ def test_values_over_decades_have_a_logarithmic_axis():
     table = read_table(pd.DataFrame({"a": even, "b": 1 - even}))
     assert rows_of(plot_ranking(table))[1][:3] == ["a", "1.000", "0.000"]
     assert shown(plot_objectives(table))[0].get_xscale() == "linear"
+    far = np.append(np.geomspace(1, 50, 96), [5000] * 4)  # outliers of a plane, not of a histogram
+    frame = pd.DataFrame({"a": far, "b": 1 / far})
+    top, plane = shown(plot_table(frame, variables=["a"], objectives=["b"]))
+    assert [top.get_xlabel(), top.get_xscale(), plane.get_xscale()] == ["a, log", "log", "linear"]
 
 
 def test_the_figure_of_what_has_no_variables_has_a_column_for_each_objective():

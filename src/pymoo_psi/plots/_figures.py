@@ -132,13 +132,14 @@ def plot_table(
         for ax, bars in zip(axes, histograms, strict=False):
             _draw_histogram(ax, bars, table)
             label = ""
-            if not rows:  # otherwise the planes below have the name
+            # The planes below have the name, unless outliers make their scale another one.
+            if not rows or bars.logarithmic != points.columns[bars.variable].log:
                 label = with_unit(bars.variable, schema[bars.variable].unit)
                 if bars.logarithmic:
                     label += ", log"
-            figure.fit(name_axis, ax, "x", label, bars.values)
-            if rows and not bars.values:  # options have an interval each, and are aligned
+            elif not bars.values:  # options have an interval each, and are aligned
                 ax.set_xlim(points.columns[bars.variable].ends)
+            figure.fit(name_axis, ax, "x", label, bars.values)
         for ax in axes[:n:n_columns]:
             figure.fit(name_axis, ax, "y", "share [%]")
         for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
@@ -338,7 +339,12 @@ def plot_ranking(
     if marked == best:
         marks = {best: ("proposed", _MARKED_STYLE)}
     front = ranking.by_place[: ranking.pareto.sum()]
-    n_named, n_near = _lines_to_tell_apart(len(front), width)
+    n_named = _FEW_PLACES
+    n_near = _DARK_PLACES
+    if len(front) <= NAMED:
+        n_named = NAMED
+    if len(front) <= NAMED or width < NARROW:
+        n_near = _FEW_PLACES
     named = [*dict.fromkeys([*marks, *front[:n_named].tolist()])]
     columns = enumerate(ranking.objectives.values.T)
     rows, is_log = zip(*(places_in_row(ranking, j, values) for j, values in columns), strict=True)
@@ -366,20 +372,6 @@ def plot_ranking(
             arrows = "An arrow marks a value worse than its axis shows."
         figure.describe(title, *_ranking_in_words(ranking, is_log), arrows)
     return figure
-
-
-def _lines_to_tell_apart(n: int, width: float) -> tuple[int, int]:
-    """Return how many of n lines have names, and up to which place they are darker.
-
-    Args:
-        n: Number of lines.
-        width: Width of the figure in mm.
-    """
-    if n <= NAMED:
-        return NAMED, _FEW_PLACES
-    if width < NARROW:
-        return _FEW_PLACES, _FEW_PLACES
-    return _FEW_PLACES, _DARK_PLACES
 
 
 def _ranking_in_words(ranking: EfficiencyRanking, is_log: Sequence[bool]) -> Iterator[str]:

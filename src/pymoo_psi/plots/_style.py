@@ -532,8 +532,8 @@ def _spread(axes: Axes, names: list[Annotation]) -> None:
 
 
 _REACHES = (4.5, 8.0, 14.0, 20.0, 28.0, 40.0)  # points from a point to its name
-# Where the box of a name is: its direction from the point, and which of its shares is there.
 _BESIDE_MARK = 1.5  # points more to the first name, whose dot is larger
+# Where the box of a name is: its direction from the point, and which of its shares is there.
 _DIRECTIONS = np.array(
     [(1, 0, 0, 0.5), (-1, 0, 1, 0.5)]
     + [(0, up, share, (1 - up) / 2) for share in (0.5, 0, 1, 0.25, 0.75) for up in (1, -1)]
