@@ -276,8 +276,7 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
 @pytest.mark.parametrize("most", [0.5, -1])
 def test_a_design_that_fails_ends_the_run_of_every_algorithm(algorithm, most, recwarn):
     """Without a warning of PSI, which goes on, that all tests failed."""
-    results = lambda x: {"F": [x[0], 1 - x[0] + x[1]]}  # noqa: E731
-    problem = Model(results, fails=lambda x: x[0] > most, n_var=2)
+    problem = Model(lambda x: {"F": [x[0], 1 - x[0] + x[1]]}, fails=lambda x: x[0] > most, n_var=2)
     refused(
         "ended in a design that failed: .*no convergence; use FailureTolerant",
         partial(compare, problem, n_evaluations=33, seeds=1, algorithms=[algorithm]),

@@ -153,17 +153,7 @@ def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
         ctx.exit()
 
 
-class _Commands(click.Group):
-    """Commands in the order of use; click would sort them by name."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(self.commands)
-
-
-@click.group(
-    cls=_Commands,
-    context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
-)
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, message="pymoo-psi %(version)s")
 @click.option(
     "--cite",
@@ -189,6 +179,8 @@ def app() -> None:
 
 
 app.help, app.epilog = _help(app)
+# In the order of use; click would sort them by name.
+app.list_commands = lambda ctx: list(app.commands)  # type: ignore[method-assign]
 
 
 def _command(module: str, *params: click.Parameter) -> Callable[[Callable[[], None]], None]:
