@@ -6,6 +6,7 @@ import re
 import pytest
 
 from pymoo_psi import ProgramProblem
+from pymoo_psi.errors import ArgumentValueError
 from tests.helpers.folders import write_files
 from tests.helpers.refusals import refused
 
@@ -93,6 +94,28 @@ def test_a_wrong_format_is_named_with_its_placeholder(tmp_path, text, reason):
         text,
         variables=variables,
     )
+
+
+@pytest.mark.parametrize(
+    ("setting", "text", "value"),
+    [
+        ({"bounds": [0.1, 0.3]}, "{x:.2f}", 0.2),
+        ({"bounds": [10, 12]}, "{x:.3f}", 10.0004),
+        ({"bounds": [1e-6, 1], "scale": "log"}, "{x:.6f}", 1.4e-6),
+        ({"choices": [0.25, 0.5]}, "{x:.1f}", 0.25),
+    ],
+)
+def test_a_format_that_rounds_runs_no_other_design(tmp_path, setting, text, value):
+    """Before any run if it rounds usual values, else for the design whose value it rounds."""
+    reason = rf"in.txt: the placeholder {re.escape(text)} must .* got .* more digits, such as {{x"
+    variables = {"x": setting, "width": VARIABLES["width"]}
+    try:
+        problem = problem_with(tmp_path, text, variables=variables, command="echo {x} {width}")
+    except ArgumentValueError as error:
+        flaw = str(error)
+    else:
+        (flaw,) = problem.run({"x": value, "width": WIDTH}).flaws
+    assert re.search(reason, flaw)
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,7 @@ FINITE = "must be a finite number, got"
         ("outputs tip patern", "x", "outputs: tip must be one of .* did you mean 'pattern'"),
         ("objectives minimize", "mass", "objectives: minimize must be a list of names, got 'mass'"),
         ("objectives minimise", ["mass"], "of objectives must be one of .* did you mean 'minimize'"),
+        ("objectives maximize", ["load", "tip"], "objectives must be minimized or maximized, got tip"),
         ("objectives", 5, "objectives must be a mapping from settings to values, got 5"),
         ("limits", 5, "limits must be a mapping from outputs to texts, as '<= 250', got 5"),
         ("limits", 0, "limits must be a mapping from outputs to texts, as '<= 250', got 0"),
@@ -129,13 +130,20 @@ def test_wrong_syntax_is_refused_by_its_line(read, text, message):
 @pytest.mark.parametrize(
     ("bounds", "message"),
     [
-        ([9, 1], "bounds of height of beam must be finite and in increasing order, got 9.0 and 1"),
-        ([0, 1], "height in log must be a real variable whose lower bound is above 0, got 0"),
+        (
+            {"bounds": [9, 1]},
+            "bounds of height of beam must be finite and in increasing order, got 9.0 and 1",
+        ),
+        ({"bounds": [0.2, 0.8], "kind": "integer"}, "with an integer between them, got 0.2 and"),
+        (
+            {"bounds": [0, 1]},
+            "height in log must be a real variable whose lower bound is above 0, got 0",
+        ),
     ],
 )
 def test_bounds_are_refused_before_any_run(read, bounds, message):
     content = copy.deepcopy(FILE)
-    content["variables"]["height"]["bounds"] = bounds
+    content["variables"]["height"] |= bounds
     refused(message, investigate, read(toml_file(content)), 2)
 
 

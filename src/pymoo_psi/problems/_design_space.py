@@ -421,16 +421,18 @@ def _variable(name: str, where: str, variable: Any) -> Variable:
         options = tuple(variable.options)
         return Variable(name, Kind.CHOICE, 0.0, len(options) - 1.0, options)
     kind = Kind.REAL
+    rule = "finite and in increasing order"
     low, high = np.array(variable.bounds, dtype=np.float64).tolist()  # NaN for None
     if isinstance(variable, Integer):  # the integers in between
         kind = Kind.INTEGER
+        rule += ", with an integer between them"
         low = float(np.ceil(low))
         high = float(np.floor(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
         raise invalid(
             f"bounds of {where}",
-            "finite and in increasing order",
+            rule,
             Received(" and ".join(map(str, variable.bounds))),
             "give the problem bounds within which to search",
         )

@@ -44,6 +44,7 @@ from pymoo_psi.problems._settings import (
     Output,
     Placeholders,
     Program,
+    Setting,
     expressions_of,
     limits_on_outputs,
     objectives_of,
@@ -175,7 +176,7 @@ class ProgramProblem(ElementwiseProblem):
         self.requirements = requirements
         self._required = requirements_of(requirements, [*self.variables])
         if program is not None:
-            self._prepare(program)
+            self._prepare(program, settings)
 
         limit_texts = [limit.written(name) for name, limit in self.limits.items()]
         self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
@@ -218,12 +219,12 @@ class ProgramProblem(ElementwiseProblem):
 
     # What is checked before any run
 
-    def _prepare(self, program: Entries) -> None:
+    def _prepare(self, program: Entries, settings: Mapping[str, Setting]) -> None:
         """Read the section of the program, and check all that can be checked without a run."""
         self.program: Program = section("program", Program, program)
         listing = {"row": 0} | self.program.error  # the first match, unless there is a row
         self._listing: Output = section("program: error", Output, listing)
-        self._placeholders = Placeholders(self.program.marks, [*self.variables, "seed"])
+        self._placeholders = Placeholders(self.program.marks, settings)
         self._check_folders()
         self._check_command()
         self._check_names()
@@ -278,7 +279,8 @@ class ProgramProblem(ElementwiseProblem):
             if isinstance(variable, Choice):
                 values[name] = variable.options[0]
             else:
-                values[name] = variable.vtype(variable.lb)
+                # No round number, which a format with too few digits would not change.
+                values[name] = variable.vtype(variable.lb + 0.618034 * (variable.ub - variable.lb))
         texts = [("command", self.program.command)]
         texts += [(file, text_of(self._template / file)) for file in self.program.files]
         used = set()

@@ -9,6 +9,7 @@ refused. Doubled braces stand for those of the text: ``${{width}}`` becomes ``${
 from __future__ import annotations
 
 import json
+import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -40,6 +41,7 @@ from pymoo_psi.problems._pymoo import NO_OUTPUTS
 from pymoo_psi.table import Expression, Limit, limit_of_text
 
 BRACES = "{name}"
+_TOLERANCE = 1e-4  # of the width of a variable's bounds, for what a format may round away
 
 _MARKS = re.compile(r"([^\w\s'\"`\\]+)name([^\w\s'\"`\\:]+)")
 # A format of Python that gives a plain number, or s for a text. Its letter is required, as 60 is a
@@ -60,10 +62,10 @@ class Placeholders:
 
     Args:
         marks: How a placeholder is written, such as ``{name}``.
-        names: The variables.
+        settings: The variables by name; ``seed`` is one, too.
     """
 
-    def __init__(self, marks: str, names: Names) -> None:
+    def __init__(self, marks: str, settings: Mapping[str, Setting]) -> None:
         parts = _MARKS.fullmatch(marks)
         if parts is None:
             raise invalid(
@@ -73,6 +75,8 @@ class Placeholders:
                 "write them such as '@name@'",
             )
         self.marks = marks
+        self._settings = settings
+        names = [*settings, "seed"]
         before, after = map(re.escape, parts.groups())
         name = rf"(?<!\w)(?:{'|'.join(map(re.escape, names))})(?!\w)"
         inside = rf"(?!{before}|{after})."  # of the marks
@@ -106,7 +110,8 @@ class Placeholders:
             values: The value of each variable by name.
 
         Raises:
-            ArgumentValueError: Something in it could be a placeholder, or a format does not fit.
+            ArgumentValueError: Something in it could be a placeholder, or a format does not fit or
+                rounds a value too much.
         """
 
         def value(match: re.Match[str]) -> str:
@@ -115,9 +120,12 @@ class Placeholders:
             problem = ""
             if match["name"]:
                 try:
-                    return format(values[match["name"]], (match["format"] or "")[1:])
+                    written = format(values[match["name"]], (match["format"] or "")[1:])
                 except ValueError as error:
                     problem = f" ({error})"
+                else:
+                    self._require_digits(where, match, values[match["name"]], written)
+                    return written
             number = text.count("\n", 0, match.end()) + 1
             raise invalid(
                 f"{where}, line {number}: a placeholder",
@@ -129,6 +137,24 @@ class Placeholders:
             )
 
         return self._pattern.sub(value, text)
+
+    def _require_digits(self, where: str, match: re.Match[str], value: Any, written: str) -> None:
+        """Refuse a format that rounds: the program would run another design than the recorded."""
+        name = match["name"]
+        if name not in self._settings or not isinstance(value, (int, float)):
+            return
+        try:
+            error = abs(float(written) - value)
+        except ValueError:  # True is written for a choice
+            return
+        if error > self._settings[name].tolerance(value):
+            raise invalid(
+                f"{where}: the placeholder {match[0]}",
+                "of a format that keeps the value",
+                Received(f"{written.strip()} for {value!r}"),
+                f"give it more digits, such as {self.marks.replace('name', f'{name}:.9g')}, or "
+                f"make {name} an integer variable",
+            )
 
 
 # How an output can be given.
@@ -180,6 +206,16 @@ class Setting:
             return Choice(options=list(self.choices))
         kind = Real if self.kind == "real" else Integer
         return kind(bounds=tuple(map(float, self.bounds)))
+
+    def tolerance(self, value: float) -> float:
+        """Return by how much the text of a value may differ from it."""
+        width = abs(value)  # of a choice, or of a variable that is fixed
+        if self.bounds and self.bounds[0] != self.bounds[1]:
+            lower, upper = self.bounds
+            width = upper - lower
+            if self.scale == "log" and lower > 0:  # as is checked later
+                width = value * math.log(upper / lower)
+        return _TOLERANCE * abs(width)  # bounds in wrong order are refused later, too
 
 
 @dataclass(frozen=True)
@@ -489,6 +525,9 @@ def objectives_of(entry: Any, outputs: Entries) -> tuple[list[str], list[str]]:
     maximize = known_names("objectives: maximize", entry.get("maximize", ()), outputs)
     if not minimize and not maximize:
         raise invalid("objectives", "one or more outputs", entry)
+    for name in maximize:
+        if name in minimize:
+            raise invalid("objectives", "minimized or maximized", Received(f"{name} in both"))
     return minimize, maximize
 
 
