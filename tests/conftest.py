@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, settings
 
 from tests.helpers.processes import LONG
 
-# Before NumPy is loaded, here and in what tests start: the processes of pytest-xdist use all cores, and
-# threads of the linear algebra would only wait for each other.
+# Before NumPy is loaded, here and in what tests start: the processes of pytest-xdist use all cores,
+# and threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 # A study is written to the disk after each round, which takes milliseconds, in memory none.
 MEMORY = Path("/dev/shm")
@@ -79,7 +79,9 @@ def pytest_configure(config):
 def pytest_xdist_auto_num_workers():
     """Three processes for two cores, as many tests wait for processes and browsers."""
     n = yield
-    return n + n // 2
+    if "PYTEST_XDIST_AUTO_NUM_WORKERS" not in os.environ:
+        n += n // 2
+    return n
 
 
 def is_among(path, names, folder):

@@ -28,6 +28,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
 )
+from pymoo_psi.algorithms import _psi, _run
 from pymoo_psi.files import read_table
 from tests.algorithms.test_noisy import die
 from tests.helpers.draws import rarely
@@ -199,7 +200,10 @@ def test_a_limit_on_a_choice_may_be_met_by_later_tests():
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 @pytest.mark.parametrize("block_size", [7, 1000])
 @pytest.mark.parametrize("name", ["bnh", "osy", *rarely("dtlz2")])
-def test_investigate_is_psi_without_objects(keep, block_size, name):
+def test_investigate_is_psi_without_objects(monkeypatch, keep, block_size, name):
+    """Also where what is not kept is dropped again and again."""
+    monkeypatch.setattr(_run, "SECONDS", 0.0)  # blocks arrive one by one
+    monkeypatch.setattr(_psi, "_WORTH_FILTERING", 20)
     problem = get_problem(name)
     whole = minimize(problem, PSI(300, first=3)).algorithm.table
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]

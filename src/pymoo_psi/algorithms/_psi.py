@@ -58,10 +58,10 @@ from pymoo_psi.table import TestTable
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Tests from which on those not kept are dropped during a run; each takes a hundred bytes. They are
+# Tests from which on those not kept are dropped during a run, as many as two pieces have. They are
 # dropped again when there are twice as many as were left, so that all filtering together takes at
 # most twice as long as the last one.
-_WORTH_FILTERING = 2**20
+_WORTH_FILTERING = 2**17
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -502,9 +502,8 @@ class PSI(PointAlgorithm):
         size = self.options.block_size
         if size is not None:
             return size
-        if (
-            self.options.may_end_early
-        ):  # a time limit is exceeded by little, and long runs have few blocks
+        if self.options.may_end_early:
+            # a time limit is exceeded by little, and long runs have few blocks
             return max(64, int(self.evaluator.n_eval) // 16)
         return max(64, -(-self.n_points // (32 * self.options.part.of)))  # 32 lines of a display
 
