@@ -12,6 +12,7 @@ Modules of the standard library and of installed packages do not count.
 from __future__ import annotations
 
 import ast
+import inspect
 import os
 import sys
 from collections.abc import Mapping
@@ -81,31 +82,61 @@ def versions() -> dict[str, bytes]:
 def require_unchanged(model: Any) -> None:
     """Refuse a problem or a function if a file has changed since it was imported.
 
-    The files are that of its class, those of all modules whose names occur in it, and so on. A
-    problem of a former class has the former code, even if the file was reloaded.
+    A problem of a former class has the former code, even if the file was reloaded.
 
     Raises:
         ArgumentValueError: A file has changed.
     """
+    for layer in _layers(model):
+        if _has_former_code(layer):
+            raise _changed(layer.__module__)
     current = versions()
-    names = []
-    while model is not None:
-        name = getattr(model, "__module__", "")
-        if _has_former_code(model):
+    for name, version in _versions_of(model, current).items():
+        if version != current[name]:
             raise _changed(name)
-        names.append(name)
+
+
+def code_of(model: Any) -> dict[str, str]:
+    """Return the versions of the code of a problem: its files, and its classes in a script."""
+    code = {}
+    for name, version in _versions_of(model, versions()).items():
+        code[os.path.basename(sys.modules[name].__file__ or "")] = version.hex()
+    for layer in _layers(model):
+        for kind in type(layer).__mro__:
+            if kind.__module__ == "__main__":
+                with suppress(OSError, TypeError):  # it was typed
+                    source = inspect.getsource(kind).encode()
+                    code[f"class {kind.__name__}"] = source_hash(source).hex()
+    return code
+
+
+def _layers(model: Any) -> list[Any]:
+    """Return a problem and those that it wraps."""
+    layers = []
+    while model is not None:
+        layers.append(model)
         model = getattr(model, "wrapped", None)
+    return layers
+
+
+def _versions_of(model: Any, current: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the versions of the files of a problem as they are now, by the names of modules.
+
+    They are that of its class, those of all modules whose names occur in it, and so on.
+    """
+    names = [getattr(layer, "__module__", "") for layer in _layers(model)]
+    now = {}
     for name in names:  # which grows
         file = getattr(sys.modules.get(name), "__file__", None) or ""
         if name not in current or not os.path.isfile(file):
             continue
         source = Path(file).read_bytes()
-        if source_hash(source) != current[name]:
-            raise _changed(name)
+        now[name] = source_hash(source)
         words = _names_in(source)
         for other in current:
             if other.rpartition(".")[2] in words and other not in names:
                 names.append(other)
+    return now
 
 
 @cache

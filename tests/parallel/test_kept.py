@@ -14,7 +14,7 @@ from pymoo_psi.errors import EvaluationError
 from tests.helpers.draws import rarely
 from tests.helpers.folders import write_files
 from tests.helpers.processes import posix
-from tests.helpers.refusals import refused
+from tests.helpers.refusals import refused, warned
 
 pytestmark = posix
 
@@ -140,7 +140,16 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     refused(CHANGED, investigate, problem, 600, **options)
     folder.reload()
     refused(CHANGED, investigate, problem, 600)  # it has the former class
-    require(folder.tests(**options), 1)
+    warned("model.py changed since tests of", folder.tests, **options)
+    require(folder.tests(**options), 1)  # which is said once
+
+
+def test_a_study_with_a_key_leaves_edits_to_it(folder):
+    require(folder.tests(study="model.db", study_key="1"), 1)
+    folder.write("model.py", MODEL.replace("FACTOR *", "2 * FACTOR *"))
+    folder.reload()
+    require(folder.tests(study="model.db", study_key="1"), 1)
+    require(folder.tests(study="new.db", study_key="2"), 2)
 
 
 EDITED = """

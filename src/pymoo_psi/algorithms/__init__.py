@@ -47,7 +47,8 @@ and data classes (or what its method ``fingerprint()`` returns). An argument tha
 class later, or removed, is accepted with its default value. A warning names arguments that are
 other objects, a ``lambda``, or functions defined within others. A ``pathlib.Path`` is not compared,
 since it says where something is; a text such as ``"/data/mesh"`` is. The study does not know other
-attributes or the code of the model. Change ``study_key`` when a constant in the code or the program
+attributes. It warns once if the file of the model has changed since tests were made, or in a script
+its class, unless a ``study_key`` is given: change that when a constant in the code or the program
 changes; otherwise one table mixes old and new results. Failed designs stay failed until
 ``PSI(..., retry="failed")`` tests them again.
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind, option_text
+from pymoo_psi._modules import code_of
 from pymoo_psi._validation import (
     Columns,
     FilePath,
@@ -33,7 +34,7 @@ from pymoo_psi.algorithms._sources import Points, RunOptions
 from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.files import stored_tests, table_with, with_remark_on_lacks
 from pymoo_psi.problems import layers, problem_identity, requirement_texts
-from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
+from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, StudyRun, identity_of_run
 from pymoo_psi.table import (
     OUTPUT,
     POINT,
@@ -199,6 +200,27 @@ class StudyStore(Store):
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
             self.remember_once("command", command)
+        if options.study_key is None:
+            self._warn_of_edits(facts.runs)
+
+    def _warn_of_edits(self, runs: Sequence[StudyRun]) -> None:
+        """Say once of each edit that the study has tests of the former code."""
+        code = code_of(self._model.problem)
+        edited: set[str] = set()
+        for run in runs:
+            former = run.record.get("code", {})
+            edited.update(name for name in code if former.get(name, code[name]) != code[name])
+        if edited or any(run.record.get("code") != code for run in runs):
+            with self.study.changes() as database:
+                for run in database.runs():
+                    database.record(run.number, code=code)
+        if edited:
+            warnings.warn(
+                f"{' and '.join(sorted(edited))} changed since tests of {self.study.path} were "
+                "made, which stay as they are; if the model has other results now, use another "
+                "study. A study_key that you change with the model replaces this warning",
+                stacklevel=2,
+            )
 
     def writing(self) -> AbstractContextManager[None]:
         """See :class:`Store`."""
