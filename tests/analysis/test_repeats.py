@@ -130,7 +130,9 @@ IDS = FRAME.rename(columns={"variant": "id"})
 @pytest.mark.parametrize(
     ("frame", "average_by", "remarks"),
     [
-        (IDS, None, ["3 designs .*--average-by"]),
+        (IDS, None, ["For 3 designs, rows .*--average-by id"]),
+        (FRAME[::2].reset_index(drop=True), None, ["For 1 design, rows .*--average-by variant"]),
+        (FRAME, None, []),  # most recur, as categories do
         (IDS.assign(cost=1.0, mass=2.0), None, []),
         (
             IDS,

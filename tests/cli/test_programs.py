@@ -62,6 +62,8 @@ def test_a_program_is_tried_solved_and_ranked(beam, said):
     limits = "(slender: height <= 2*width, mass at most 40 kg)"
     assert f"within the limits {limits}" in " ".join(printed.split())
     assert "mass [kg]" in said("rank", "b.db", "--long")
+    refused = said("rank", "beam.toml", code=2)
+    assert "run pymoo-psi solve beam.toml --study beam.db, and read beam.db" in refused
     # the first designs violate a requirement, so that nothing is known of outputs yet
     said("solve", "beam.toml", "--points", 8, "--limits", "area<=12")
 

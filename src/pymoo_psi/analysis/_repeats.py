@@ -43,6 +43,7 @@ from pymoo_psi.table import (
 )
 
 _VARIABLES = "variables"
+_FEWEST_NAMES = 3  # different texts of a column that may name designs
 _TIES = 1.5  # the sum of probabilities of being the best from which on several are so together
 _ROUNDED = 1e-13  # the relative rounding error of a mean of equal values
 
@@ -230,22 +231,42 @@ def has_repeats(table: TestTable) -> bool:
 
 
 def undeclared_repeats(table: TestTable) -> list[str]:
-    """Say which of feasible designs share a label, or all variables, and differ in objectives."""
+    """Say which of feasible designs share a name, or all variables, and differ in objectives."""
     firsts = {}
-    if table.schema.label is not None:
-        with suppress(ArgumentValueError):  # of a label that marks no tests of one design
-            label, rows, design = _tests_by_design(table, table.schema.label)
-            firsts[label] = rows[design]
+    naming = _naming_column(table)
+    if naming is not None:
+        with suppress(ArgumentValueError):  # of a column that marks no tests of one design
+            _, rows, design = _tests_by_design(table, naming)
+            firsts[naming] = rows[design]
     for by, first in (firsts | {_VARIABLES: first_tests(table)}).items():
         differing = unequal(table.F, table.F[first]).any(axis=1)
         if differing.any():
             n_designs = len({*first[differing].tolist()})
             return [
-                f"{counted(n_designs, 'design')} with the same {by} as others differ in "
+                f"For {counted(n_designs, 'design')}, rows with the same {by} differ in "
                 "objectives: each row counts as a design; if they are repeated tests, say "
                 f"--average-by {quote(by)}, or average_by= in Python."
             ]
     return []
+
+
+def _naming_column(table: TestTable) -> str | None:
+    """Return the column that names the designs.
+
+    If they are called by their rows, the first column of texts may name them, tests of one design
+    by the same text. A column of few texts, or of which most recur, holds categories instead.
+    """
+    label = table.schema.label
+    if label != ROW:
+        return label
+    for name in table.schema.notes:
+        cells = table.column(name).tolist()
+        if name != label and all(isinstance(cell, str) for cell in cells):
+            n_texts = len({*cells})
+            if n_texts >= _FEWEST_NAMES and 2 * n_texts >= len(cells):
+                return name
+            return None
+    return None
 
 
 def confidence_sentences(table: TestTable, row: int) -> list[str]:

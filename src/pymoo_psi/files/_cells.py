@@ -97,7 +97,8 @@ _NUMBERLIKE = re.compile(
 )
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 
-# Names of rows that hold sums of others, and of those that spreadsheets have below a table.
+# Names of rows that hold sums of others, of those that spreadsheets have below a table, and of
+# those that hold what is asked for, above it or below.
 _SUM = re.compile(
     r"\W*(?:(?:(?:grand|sub)[ -]?)?totals?|sums?|(?:gesamt|zwischen)?summe|(?:ins)?gesamt"
     r"|totale|totaal|somme|suma|soma|Σ|∑)\W*",
@@ -107,6 +108,12 @@ _STATISTIC = re.compile(
     r"\W*(?:average|avg|mean|median|mittelwert|durchschnitt|moyenne|promedio|Ø"
     r"|(?:min|max)(?:imum)?|(?:std|standard)[. -]*dev(?:iation)?|std|stdev|standardabweichung"
     r"|stabw|écart[- ]type|σ|variance|varianz|count|anzahl)\W*",
+    re.IGNORECASE,
+)
+_ASKED = re.compile(
+    r"\W*(?:ideal|utopia|nadir|targets?|goals?|ziele?|soll|(?:ideal|soll|ziel)[- ]?werte?"
+    r"|(?:lower|upper)?[- ]?(?:limits?|bounds?)|grenz[- ]?werte?|requirements?|anforderung(?:en)?"
+    r"|(?:ideal|target|limit)[- ]values?|objectifs?|cible|objetivo)\W*",
     re.IGNORECASE,
 )
 
@@ -554,7 +561,7 @@ def require_designs(
     label: str | None,
     cells: Cells,
 ) -> None:
-    """Refuse rows named as a sum, one at an end named as a statistic, and a sum below all.
+    """Refuse rows named as a sum, one at an end named as a statistic or goal, and a sum below all.
 
     The sum of two may be a design that has a name.
 
@@ -580,6 +587,7 @@ def require_designs(
             continue
         names = column.texts
         for row, name in enumerate(names):
+            is_asked = False
             is_computed = _SUM.fullmatch(name) is not None
             if is_computed and column is not naming:  # it may be the name of a supplier
                 parts = [part for part in numbers if math.isfinite(part[row] or np.nan)]
@@ -587,9 +595,13 @@ def require_designs(
             elif column is naming and row in (0, last) and names.count(name) == 1:
                 # Names that recur, or stand between others, are those of levels.
                 is_computed = is_computed or _STATISTIC.fullmatch(name) is not None
-            if is_computed:
+                is_asked = _ASKED.fullmatch(name) is not None
+            if is_computed or is_asked:
+                reason = "computed from others"
+                if is_asked:
+                    reason = "values asked for"
                 raise UnfitError(
-                    f"{cells.where(row)} is named {name!r}, as computed from others",
+                    f"{cells.where(row)} is named {name!r}, as {reason}",
                     f"{cells.without(row)}, or rename it if it is a design",
                 )
     may_be_sum = last > 2 or (last == 2 and is_blank(naming.cells[last]))

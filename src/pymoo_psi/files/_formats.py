@@ -25,6 +25,7 @@ from pymoo_psi.files._workbook import WorkbookFile
 from pymoo_psi.table import TestTable, require_table
 
 _PARQUET = "Parquet"
+_PROBLEM = "the description of a problem"
 _ARCHIVED = rb"PK\x03\x04.{26}"  # up to the name of the first file in a ZIP archive
 _KINDS = {  # the beginning of a file by what it is, and how to export it
     _PARQUET: (rb"PAR1", "export it by pandas.read_parquet('FILE').to_csv('designs.csv')"),
@@ -50,6 +51,8 @@ _KINDS = {  # the beginning of a file by what it is, and how to export it
         "save it as .xlsx without one, or as CSV",
     ),
     "compressed by gzip": (rb"\x1f\x8b", "unpack it"),
+    # Known by its suffix, as any text may begin like it.
+    _PROBLEM: (rb"(?!)", "run pymoo-psi solve FILE --study STEM.db, and read STEM.db instead"),
 }
 
 
@@ -59,7 +62,7 @@ class OtherFile(FileFormat):
     suffix = ""
 
     def recognizes(self, file: SourceFile) -> bool:
-        """Say whether the first bytes are those of such a file."""
+        """Say whether the first bytes or the suffix are those of such a file."""
         return _kind(file) is not None
 
     def read(self, file: SourceFile) -> tuple[Cells, Head]:
@@ -70,12 +73,14 @@ class OtherFile(FileFormat):
 
             with suppress(ImportError):
                 return cells_of_frame(pd.read_parquet(BytesIO(file.content)))
-        remedy = _KINDS[kind][1].replace("FILE", file.path.name)
+        remedy = _KINDS[kind][1].replace("FILE", file.path.name).replace("STEM", file.path.stem)
         raise UnfitError(f"it is {kind}, which is not read", remedy)
 
 
 def _kind(file: SourceFile) -> str | None:
-    """Return what a file is by its first bytes, or None."""
+    """Return what a file is by its first bytes, or by its suffix, or None."""
+    if file.path.suffix.lower() == ".toml":
+        return _PROBLEM
     for kind, (beginning, _) in _KINDS.items():
         if re.match(beginning, file.start, re.DOTALL):
             return kind
