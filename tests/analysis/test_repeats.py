@@ -83,6 +83,8 @@ def test_a_design_of_one_test_keeps_its_values_to_the_bit():
     designs = average_repeats(table)
     assert designs.F[1].tolist() == [1 / 3, 2 / 3]
     assert counts_sentence(designs, "s.db").startswith("s.db: 2 designs of 3 tests; ")
+    more = designs.extended(TestTable.of([4], [[0.9]], [[0, 3]]))  # without a number of tests
+    assert counts_sentence(more, "s.db").startswith("s.db: 3 designs; ")
 
 
 def test_failed_tests_do_not_count_in_means():

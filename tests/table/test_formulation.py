@@ -324,6 +324,8 @@ def test_decisions_of_groups_may_be_written_by_hand(decided, said, tmp_path):
     ("call", "message"),
     [
         (lambda: beam_tests().under(Formulation(["mass"], maximize=["gain"])), "maximize must be one of 'mass', got 'gain'; only objectives"),
+        (lambda: beam_tests().under(Formulation(maximize=["gian"]), objectives=["mass", "gain"]), "maximize must be one of 'gain', 'mass', got 'gian'; did you mean 'gain'"),
+        (lambda: beam_tests().under(Formulation(ranges={"mass": (0, 9)}), objectives=["mass", "heat"]), "ranges must be of every objective"),
         (lambda: beam_tests().under(Formulation(computed={"heat": "mass"})), "a name in computed must be unlike other columns, got 'heat'"),
         (lambda: beam_tests().under(limit={"mass": 1}), "got 'limit'; did you mean 'limits'"),
         (lambda: Decision("mass<=1"), "formulation must be of type Formulation, got str"),

@@ -174,7 +174,9 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
     failed = f", {number(n_failed)} {words['failed']}" if n_failed else ""
     total = size
     if table.schema.are_means and not n_failed:
-        total += f" of {counted(int(table.column(N_TESTS).sum()), 'test')}"
+        n_tests = table.column(N_TESTS).sum()
+        if np.isfinite(n_tests):  # it is unknown of a test that was added to means
+            total += f" of {counted(int(n_tests), 'test')}"
     if subject and RUN in table.schema.notes:
         total += f" of {counted(len({*table.column(RUN)}), 'run')}"
     n_within = int(table.feasible().sum())

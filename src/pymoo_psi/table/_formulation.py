@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -34,9 +34,6 @@ from pymoo_psi.table._schema import (
     column_names,
     unit_texts,
 )
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 
 class FormulationFields(TypedDict, total=False):
@@ -188,43 +185,19 @@ class Formulation:
     def with_objectives(self, objectives: Names) -> Formulation:
         """Return it with other objectives, without directions and ranges of former ones.
 
+        A direction of a column that was no objective stays, and so do ranges of others than the
+        former objectives: they are mistakes, which a table refuses.
+
         Example:
             >>> Formulation(["mass", "gain"], maximize=["gain"]).with_objectives(["mass"])
             Formulation(objectives=['mass'])
         """
-        maximize = [name for name in self.maximize if name in objectives]
+        former = self.objectives or self.maximize  # where none are stated, they are the table's
+        maximize = [name for name in self.maximize if name in objectives or name not in former]
         ranges = self.ranges
-        if ranges and {*ranges} != {*objectives}:
+        if ranges and {*ranges} == {*(self.objectives or ranges)} != {*objectives}:
             ranges = None
         return replace(self, objectives=objectives, maximize=maximize, ranges=ranges)
-
-    def after(
-        self, former: Formulation, evaluated: Names, **fields: Unpack[FormulationFields]
-    ) -> Formulation:
-        """Return it with some attributes replaced, in the place of a former one of the same tests.
-
-        Each attribute is the first that is stated: among the fields, by it, or, for the ranges
-        only, by the former one. Directions and ranges of objectives that are left out go.
-
-        Args:
-            former: The formulation that it replaces.
-            evaluated: The objectives where none are stated.
-            **fields: The attributes that are replaced.
-
-        Example:
-            >>> former = Formulation(["mass"], ranges={"mass": (0, 9)})
-            >>> Formulation(limits="mass<=5").after(former, ["mass"], normalize=False)
-            Formulation(limits={'mass': [None, 5]}, normalize=False, ranges={'mass': [0.0, 9.0]})
-        """
-        for name in fields:
-            known_name("an argument of under()", name, FormulationFields.__annotations__)
-        stated = replace(self, **fields)
-        objectives = stated.objectives or evaluated
-        if "objectives" in fields:
-            stated = replace(self.with_objectives(objectives), **fields)
-        if stated.ranges is None:
-            stated = replace(stated, ranges=former.with_objectives(objectives).ranges)
-        return stated
 
     def combine_first(self, other: Formulation) -> Formulation:
         """Return it with what it leaves open as another one has it.

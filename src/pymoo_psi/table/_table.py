@@ -285,8 +285,17 @@ class TestTable(View, Shown):
             >>> free.under(limits={"mass": 1.5}).pareto()
             array([ True, False, False])
         """
+        for name in fields:
+            known_name("an argument of under()", name, FormulationFields.__annotations__)
         decision = decision_of(formulation, self.decision)
-        asked = decision.formulation.after(self.formulation, self.evaluated.objectives, **fields)
+        asked = decision.formulation
+        former = replace(asked, objectives=asked.objectives or self.evaluated.objectives)
+        asked = replace(asked, **fields)
+        objectives = asked.objectives or self.evaluated.objectives
+        if "objectives" in fields:
+            asked = replace(former.with_objectives(objectives), **fields)
+        if asked.ranges is None:
+            asked = replace(asked, ranges=self.formulation.with_objectives(objectives).ranges)
         table = replace(self, decision=replace(decision, formulation=asked))
         table._require_fit()
         return table
