@@ -130,6 +130,17 @@ def test_a_limit_at_the_nearest_value_that_is_named_leaves_a_design(values, sign
     assert table.under(limits={"f": (None, float(nearest))[::sign]}).feasible().any()
 
 
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [([12345.1341, 12345.9], "12\u00a0345.135"), ([101540.93063, 9.5e8], "101\u00a0541")],
+)
+def test_a_value_beyond_a_limit_has_the_digits_of_the_table(values, text):
+    table = read_table(
+        pd.DataFrame({"f": values, "g": [2, 1]}), Formulation(limits={"f": (None, 1)})
+    )
+    assert none_left_reason(table).endswith(f"the nearest has f {text}.")
+
+
 def test_a_limit_on_texts_has_no_bounds():
     frame = pd.DataFrame({"rail": ["yes", "no"], "cost": [1.0, 2.0], "mass": [2.0, 1.0]})
     table = read_table(frame, Formulation(["cost", "mass"], limits={"rail": ["yes"], "cost": 1.5}))

@@ -467,8 +467,10 @@ def _claims(
     free = {name: columns[name] for name in columns if name not in (*labels, *variables)}
     numbered = _numbered(free)
     objectives = [name for name in named if name not in formulation.computed]
+    objectives = objectives or _of_role(numbered, OBJECTIVE)
     if not objectives:
-        objectives = _of_role(numbered, OBJECTIVE) or _of_numbers(free, numbered)
+        others = [name for name in free if name not in numbered]
+        objectives = [name for name in others if columns[name].has_numbers()]
     if not named:  # what has a direction is an objective
         asked = {*objectives, *formulation.maximize}.difference(variables)
         objectives = [name for name in columns if name in asked]
@@ -523,11 +525,6 @@ def _numbered(columns: Mapping[str, TextColumn]) -> dict[str, str]:
 def _of_role(roles: Mapping[str, str], role: str) -> list[str]:
     """Return the columns with a role."""
     return [name for name in roles if roles[name] == role]
-
-
-def _of_numbers(columns: Mapping[str, TextColumn], others: Collection[str]) -> list[str]:
-    """Return the columns of numbers except others."""
-    return [name for name in columns if name not in others and columns[name].has_numbers()]
 
 
 def _role(column: TextColumn, claim: str) -> str:
