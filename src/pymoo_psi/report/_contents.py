@@ -1,9 +1,8 @@
 """The contents of a report, which report.html lays out.
 
 :class:`Choice` has what is said of the chosen or proposed design. Functions return what is said of
-the table: limits, failures, convergence. What would say nothing is empty, and left out with its
-heading. Tables are frames of texts. At the end are the filters by which report.html shows texts,
-tables and figures.
+the table: limits, failures, convergence. Tables are frames of texts. At the end are the filters by
+which report.html shows texts, tables and figures.
 """
 
 from __future__ import annotations
@@ -50,7 +49,6 @@ from pymoo_psi.pareto import (
     ranked_row,
     representatives,
     weight_shares,
-    weights_sentence,
     within_range,
 )
 from pymoo_psi.table import Limit, TestTable, error_column, has_errors
@@ -59,8 +57,6 @@ _REASONS = 12  # the table has the most frequent reasons of failures
 _REPRESENTATIVES = 5  # side by side on paper
 _DESIGNS = 30  # more of them are not all listed
 _LISTED = 20  # of them
-_COLUMNS = 8  # objectives of a table of designs
-_PROPERTIES = 10  # of the design, that are listed below its values
 _CHANGES = 4  # a sentence has the largest ones
 _WEIGHTED = 5  # bars
 # How a table names limits on a column.
@@ -89,9 +85,6 @@ class Choice:
         prototype: Existing designs; None if there are none.
 
     Attributes:
-        table: The tests.
-        n_objectives: Number of objectives.
-        n_optimal: Number of designs that no other dominates.
         word: "chosen" or "proposed".
         noun: "choice" or "proposal".
         ranking: The ranking of the feasible tests.
@@ -107,8 +100,6 @@ class Choice:
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.ranking = table.feasible_ranking()
-        self.n_objectives = len(table.schema.objectives)
-        self.n_optimal = len(self.ranking.front)
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
         self.word, self.noun = "proposed", "proposal"
@@ -212,31 +203,6 @@ class Choice:
             others += [(mark, f"{word}: {name}") for name in designs.names]
         return others
 
-    def key(self, n_shown: int) -> Iterator[tuple[str, str]]:
-        """Yield what marks on the axes stand for, and what else is to be known of the values.
-
-        Args:
-            n_shown: How many objectives are shown.
-        """
-        properties = self.properties().to_numpy().tolist()
-        own = self.word
-        if 0 < len(properties) <= _PROPERTIES:
-            own += f": {', '.join(f'{name} {value}' for name, value in properties)}"
-        yield "dot", own
-        yield from self.others()
-        n_others = self.n_optimal - int(self.ranking.pareto[self.row])
-        if n_others:
-            other = "other " if n_others < self.n_optimal else ""
-            designs = counted(n_others, "design") if n_others > 1 else "design"
-            yield "tick", f"the {other}{designs} that no other dominates"
-        if self.ranking.frame.is_fixed:
-            yield "", "behind the best: per cent of the fixed ranges"
-        elif self.n_optimal > 1:
-            worst = f"100 % the worst of these {number(self.n_optimal)}"
-            yield "", f"behind the best: 0 % is the best, {worst}"
-        if self.n_objectives > n_shown:
-            yield "", f"{self.n_objectives - n_shown} more objectives in the appendix"
-
     # Differences
 
     def steps(self) -> Iterator[tuple[str, str]]:
@@ -273,14 +239,7 @@ class Choice:
                 beyond = [*beyond_limits(table, table.names.index(name)).values()]
             yield {**record, "text": text, "beyond": beyond}
 
-    # Weights, and the appendix
-
-    def weights(self) -> str:
-        """Return for how many weights the design is the best, unless a caution says so."""
-        text = weights_sentence(self.ranking, self.row, self.shares)
-        if any(text in caution for caution in self.cautions):
-            return ""
-        return text
+    # The appendix
 
     def weighted(self) -> list[tuple[str, float, str]]:
         """Return the designs that are the best for most weights, and for which share of them."""
@@ -311,21 +270,15 @@ class Choice:
             note = f"If {listed(best, 'or')} must be better, no design is left."
         return pd.DataFrame(rows, columns=["limit", "value", "new proposal"]), note
 
-    def designs(self) -> tuple[str, pd.DataFrame]:
-        """Return the designs by place, then those beyond limits, below a heading."""
+    def designs(self) -> tuple[pd.DataFrame, int]:
+        """Return the designs by place, then those beyond limits, and how many there are in all."""
         schema = self.table.schema
-        if self.n_objectives > _COLUMNS:
-            return "", pd.DataFrame()
         order = self.ranking.by_place
         rejected = np.flatnonzero(~self.table.feasible() & (self.table.status != "failed"))
         n = len(order) + len(rejected)
         n_listed = n
-        heading = f"All {n} designs"
-        if n == 1:
-            heading = "The design"
-        elif n > _DESIGNS:
+        if n > _DESIGNS:
             n_listed = _LISTED
-            heading = f"The first {n_listed} of {counted(n, 'design')}"
         places = [str(place or "–") for place in self.ranking.place[order].tolist()]
         places += ["–"] * len(rejected)
         rows = np.append(self.ranking.rows[order], rejected)[:n_listed]
@@ -334,10 +287,10 @@ class Choice:
         columns.append((schema.label or schema.words["row"], designs.names))
         for name, maximized in zip(schema.objectives, schema.sign < 0, strict=True):
             arrow = "↑" if maximized else "↓"
-            title = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
-            columns.append((title, list(map(self.formats[name].text, designs.column(name)))))
+            heading = f"{with_unit(name, schema.units.get(name, ''))}\N{NO-BREAK SPACE}{arrow}"
+            columns.append((heading, list(map(self.formats[name].text, designs.column(name)))))
         columns.append(("status", list(map(self._status, rows.tolist()))))
-        return heading, _frame(columns)
+        return _frame(columns), n
 
     def _status(self, row: int) -> str:
         """Return what the table of designs says of a test."""
@@ -352,13 +305,6 @@ class Choice:
             return ""
         other = explain(self.ranking, row=ranked).dominated_by
         return f"dominated by {self.ranking.name_of(other)}"
-
-    def further_properties(self) -> pd.DataFrame:
-        """Return :meth:`properties`, unless they are few and in the :meth:`key`."""
-        properties = self.properties()
-        if len(properties) <= _PROPERTIES:
-            return properties[:0]
-        return properties
 
     def properties(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
@@ -375,12 +321,8 @@ class Choice:
                 rows.append((schema[name].heading, text))
         return pd.DataFrame(rows, columns=["column", "value"])
 
-    def representatives(self) -> tuple[str, pd.DataFrame]:
-        """Return a few designs that represent a Pareto set not all listed, below a caption."""
-        if len(self.table) <= _DESIGNS and self.n_objectives <= _COLUMNS:
-            return "", pd.DataFrame()
-        if self.n_optimal == 1 or self.n_objectives == 1:
-            return "", pd.DataFrame()
+    def representatives(self) -> tuple[pd.DataFrame, str]:
+        """Return a few designs that represent the Pareto set, and how far others are from them."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         objectives = self.ranking.objectives
         columns: list[tuple[str, Sequence[str]]] = []
@@ -392,12 +334,7 @@ class Choice:
             columns.append((self.ranking.name_of(row), [place, share, *texts]))
         up = Context(prec=3, rounding=ROUND_CEILING)
         radius = up.create_decimal(f"{few.radius:.12g}")  # but for rounding errors
-        caption = (
-            f"{len(few.rows)} designs represent the {counted(self.n_optimal, 'design')} that no "
-            "other dominates. Each stands for those nearest to it, none farther than "
-            f"{number(float(radius), 3, mark=self.table.decimal)}."
-        )
-        return caption, _frame(columns)
+        return _frame(columns), number(float(radius), 3, mark=self.table.decimal)
 
 
 def _frame(columns: list[tuple[str, Sequence[str]]]) -> pd.DataFrame:
@@ -510,16 +447,11 @@ def _cell(value: Any, mark: str) -> str:
 # The tests: how many there are, why they failed or are incomplete, whether more would help
 
 
-def problem_facts(table: TestTable) -> str:
-    """Return what is known of the problem that a table is about."""
+def problem_facts(table: TestTable) -> Values:
+    """Return what is known of the problem that a table is about, by name."""
     problem = table.problem or {}
     facts = {"Problem": problem.get("problem"), "points": problem.get("sampling")}
-    facts |= {"key": problem.get("key"), **(problem.get("parameters") or {})}
-    texts = []
-    for name, value in facts.items():
-        if value is not None and not isinstance(value, dict):
-            texts.append(f"{name}: {value}")
-    return f"{'; '.join(texts)}."
+    return facts | {"key": problem.get("key"), **(problem.get("parameters") or {})}
 
 
 def failures(table: TestTable) -> pd.DataFrame:
