@@ -253,6 +253,15 @@ def test_constraints_named_by_a_limit_are_said_as_limits():
     assert "limits (a at most 4, a/b from 1 to 4, a <= 4*b)." in counts_sentence(table)
 
 
+def test_designs_without_a_computed_objective_are_named():
+    """Not those whose operands are missing."""
+    table = TestTable.of(
+        range(1, 7), np.zeros((6, 1)), [[k, k // 5] for k in range(5)] + [[np.nan] * 2]
+    )
+    counts = counts_sentence(table.under(objectives=["f1", "r"], computed={"r": "f1 / f2"}))
+    assert counts.endswith("; r has no value for test 1, test 2, test 3 and 2 more.")
+
+
 def test_equal_values_without_noise_stay_equal():
     """Three prices that are known, and a noisy mass: of equal price only the lightest can be best."""
     price, mass = np.divmod(np.arange(12), 4)

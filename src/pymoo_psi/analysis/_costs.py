@@ -30,8 +30,10 @@ from pymoo_psi.table import (
     N_TESTS,
     RUN,
     VARIABLE,
+    Expression,
     Limit,
     TestTable,
+    blank,
     limits_of,
     require_table,
 )
@@ -48,6 +50,7 @@ _LEAST_RIGHT = 0.9
 # The probability that one of the rules that are tried separates as many failures by chance is at
 # most this, and in fact much less, as most of these rules are alike.
 _LEVEL = 0.05
+_FEW = 3  # designs that are named
 _DIGITS = 5  # at least, of a value beyond its limit
 _ROUNDING = 1e-12  # the relative difference of ratios that are equal but for rounding
 _MOST_TESTS = 1024
@@ -151,6 +154,23 @@ def _missing_texts(table: TestTable) -> list[str]:
     return facts
 
 
+def _gaps_of_computed(table: TestTable) -> list[str]:
+    """Return which computed objectives have no value for which designs, such as 1 / 0."""
+    facts = []
+    for name, text in table.formulation.computed.items():
+        if name not in table.schema.objectives:
+            continue
+        is_gap = ~np.isfinite(table.column(name))
+        for operand_name in Expression.of(text).columns:
+            is_gap &= ~blank(table.column(operand_name))
+        designs = [table.names[row] for row in np.flatnonzero(is_gap)]
+        if len(designs) > _FEW:
+            designs[_FEW:] = [f"{number(len(designs) - _FEW)} more"]
+        if designs:
+            facts.append(f"{name} has no value for {listed(designs, 'and')}")
+    return facts
+
+
 def within_limits(table: TestTable) -> str:
     """Return " within the limits", or nothing where there are none."""
     n = len(table.limits) + len(table.schema.constraints)
@@ -194,7 +214,7 @@ def counts_sentence(table: TestTable, subject: str = "") -> str:
             facts.append("none of them is dominated")
         else:
             facts.append(f"{number(n_optimal)} of them {_are(n_optimal)} not dominated")
-    text = f"{'; '.join([*facts, *_missing_texts(table)])}."
+    text = f"{'; '.join([*facts, *_missing_texts(table), *_gaps_of_computed(table)])}."
     return f"{subject}: {text}" if subject else text
 
 

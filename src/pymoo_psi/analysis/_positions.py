@@ -55,6 +55,10 @@ def positions_frame(table: TestTable) -> pd.DataFrame:
                 texts.append(f"{name} {number(value, mark=table.decimal)}")
             if texts:
                 under.append(f"{word}: {', '.join(texts)}")
+        named = {**position["limits"], **position["weights"], **position["aspiration"]}
+        unknown = [name for name in named if name not in table.columns]
+        if unknown:
+            under.append(f"not a column here: {', '.join(unknown)}")
         row = {
             "name": position["name"],
             "choice": position["chosen"] or "none",
