@@ -118,6 +118,11 @@ def test_a_ranking_comes_back_with_its_metadata(said, tmp_path):
     assert sorted(table.names) == sorted(read_table("set.xlsx").names)
     assert (table.schema.maximize, table.schema.units) == (("b",), {"a": "µg"})
     assert read_table("o.csv", skip_rows=[3]).names == [*table.names[:1], *table.names[2:]]
+    ranked = (tmp_path / "o.csv").read_text("utf-8")
+    (tmp_path / "o.csv").write_text(ranked.replace(",b,", ",c,", 1), "utf-8")
+    refusal = "it has no column 'b', an objective by its description; restore this name"
+    assert refusal in said("rank", "o.csv", code=2)
+    (tmp_path / "o.csv").write_text(ranked, "utf-8")
     (tmp_path / "o.csv-metadata.json").unlink()
     refusal = "it is without o.csv-metadata.json, which says what the columns are; put it beside"
     assert refusal in said("rank", "o.csv", code=2)

@@ -52,7 +52,10 @@ def test_answers_without_a_dialogue_are_those_of_python(said, undrawn):
         (["--answers", "Coast>Town", "--limits", "price<=35"], "a design within the limits"),
         (["--answers", ""], "pairs of designs such as A>B"),
         (["--answers", "Town>Coast", "--out", "d.txt"], ".json"),
-        (["--answers", "Town>Coast", "--out", "other.json"], "--out must be a new file"),
+        (
+            ["--answers", "Town>Coast", "--out", "other.json"],
+            "continue it by --decision other.json, or name",
+        ),
         (
             ["--answers", "Town>Coast", "--limits", "mass<=1"],
             "cars.csv: No design is left: none of 6",

@@ -89,6 +89,17 @@ def test_mixed_variables_are_restricted(said):
     assert ({*written()["steel"]}, {*written()["a"]}) == ({"S355"}, {0.5})
 
 
+def test_a_proposal_outside_of_narrower_bounds_is_reported(said):
+    words = ["solve", "models:Mixed", "--points", 16, "--study", "s.db"]
+    assert "outside the bounds" not in said(*words)
+    printed = " ".join(said(*words, "--bounds", "n=5:9").split())
+    assert (
+        'The proposal is outside the bounds of the problem; exclude it by --limits "n>=5".'
+        in printed
+    )
+    assert "outside the bounds" not in said(*words, "--bounds", "n=5:9", "--limits", "n>=5")
+
+
 @pytest.mark.filterwarnings("default:no test has")
 def test_an_output_of_some_designs_may_have_a_limit(said):
     words = ["solve", "models:Mixed", "--study", "m.db", "--points"]

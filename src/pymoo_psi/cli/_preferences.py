@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -71,7 +72,8 @@ def _require_file(out: Path, options: Options) -> None:
         return
     if out.is_file():
         rule = "a new file, or that of --decision, which is continued"
-        raise invalid("--out", rule, str(out))
+        remedy = f"continue it by --decision {shlex.quote(str(out))}, or name another file by --out"
+        raise invalid("--out", rule, str(out), remedy)
     require_output(out, (".json",), options.file)
 
 

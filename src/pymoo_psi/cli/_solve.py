@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pymoo.core.problem import Problem
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
@@ -58,12 +59,13 @@ from pymoo_psi.files import read_table, suffixes_for
 from pymoo_psi.pareto import cautions_of_distances
 from pymoo_psi.problems import (
     FailureTolerant,
+    design_space,
     problem_name,
     require_model,
     with_requirements,
 )
 from pymoo_psi.study import Study
-from pymoo_psi.table import Formulation, TestTable
+from pymoo_psi.table import Formulation, Limit, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,7 +144,7 @@ def run_solve(options: Options) -> int:
         return 1
     if out is not None:
         write_ranking(result.table, out, only_pareto=True)
-    _say_result(options, subject, result)
+    _say_result(options, problem, subject, result)
     return 0
 
 
@@ -331,11 +333,12 @@ def _by_nsga3(problem: Problem, n_points: int, settings: RunOptions, show: Show)
 # The result
 
 
-def _say_result(options: Options, subject: str, result: Result) -> None:
+def _say_result(options: Options, problem: Problem, subject: str, result: Result) -> None:
     """Print the ranking, what this run has added to a study, why tests failed, and what is next.
 
     Args:
         options: The options.
+        problem: The problem.
         subject: The study, or the problem and the algorithm.
         result: The tests.
     """
@@ -344,7 +347,9 @@ def _say_result(options: Options, subject: str, result: Result) -> None:
     head = [*table.remarks, counts_sentence(table, subject)]
     if result.former is not None:
         head.append(_added(result, result.former))
-    notes = _reasons(result.tests)
+    proposed = int(ranking.rows[ranking.salukvadze[0]])
+    notes = _beyond_bounds(problem, table.take([proposed]))
+    notes += _reasons(result.tests)
     if options.out is not None:
         notes.append(f"{counted(int(ranking.pareto.sum()), 'design')} written to {options.out}.")
     source = _source_of(options)
@@ -394,6 +399,24 @@ def _added(result: Result, former: Result) -> str:
         else:
             text += f"; the proposal is new (before: {proposed})"
     return f"{text}."
+
+
+def _beyond_bounds(problem: Problem, proposed: TestTable) -> list[str]:
+    """Say that the proposal, a test of a former run, is outside the bounds; say the remedy."""
+    limits = []
+    for variable in design_space(problem).variables:
+        if variable.kind is Kind.CHOICE or variable.title not in proposed.columns:
+            continue
+        value = proposed.column(variable.title)[0]
+        rounding = 1e-9 * (abs(variable.lower) + abs(variable.upper))
+        if value > variable.upper + rounding:
+            limits.append(Limit(upper=variable.upper).written(variable.title))
+        elif value < variable.lower - rounding:
+            limits.append(Limit(lower=variable.lower).written(variable.title))
+    if not limits:
+        return []
+    texts = f'--limits "{", ".join(limits)}"'
+    return [f"Caution: The proposal is outside the bounds of the problem; exclude it by {texts}."]
 
 
 def _reasons(tests: TestTable) -> list[str]:

@@ -645,6 +645,12 @@ def _table(
     columns, label, labels = _labelled(cells, head, directed)
     require_designs(columns, labels, label, cells)
     named = formulation.objectives or stated.objectives
+    for name in stated.objectives:
+        if name not in columns and not formulation.objectives:
+            raise UnfitError(
+                f"it has no column {name!r}, an objective by its description",
+                f"restore this name, or name the objectives by {argument('objectives')}",
+            )
     variables = tuple(name_list("variables", variables or stated_variables))
     claims = _claims(columns, formulation, named, variables, labels)
     roles = {name: _role(columns[name], claim) for name, claim in claims.items()}
