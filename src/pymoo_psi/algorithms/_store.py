@@ -336,8 +336,9 @@ class StudyStore(Store):
         with self.study.reading() as database:
             n_runs = database.count("runs")
             n_stored = database.count("tests WHERE status NOT NULL")
-            test_of = database.tests_of_points(self.run)
-        numbers = np.array([test_of[point] for point in tests.numbers.tolist()], dtype=np.int64)
+            others = database.other_numbers(self.run)
+        points = tests.numbers.tolist()
+        numbers = np.array([others.get(point, point) for point in points], dtype=np.int64)
         numbers, first = np.unique(numbers, return_index=True)
         tests = tests.take(first)
         if n_runs > 1:

@@ -196,7 +196,10 @@ class _Block:
         # By design and repeat.
         self._numbers = {row[1:_STATUS]: number for number, row in self._tests.items()}
         self._free_repeats: dict[str | None, int] = {}  # those before are taken
-        self._tests_of_run = {*database.tests_of_points(run).values()} if noisy else set()
+        self._tests_of_run: set[int] = set()
+        if noisy:
+            query = "SELECT test FROM plan WHERE run = ? AND test NOT NULL"
+            self._tests_of_run.update(number for (number,) in self._db.execute(query, (run,)))
 
     def add(self, point: int, number: int, design: str | None, content: _Row) -> None:
         """Let a point have a test: the known one of its design, which may change, or a new one.
@@ -659,9 +662,9 @@ class Database:
         """Return the numbers of the tests."""
         return self._integers("SELECT test FROM tests WHERE status NOT NULL")
 
-    def tests_of_points(self, run: int) -> dict[int, int]:
-        """Return the tests of the points of a run."""
-        query = "SELECT point, test FROM plan WHERE run = ? AND test NOT NULL"
+    def other_numbers(self, run: int) -> dict[int, int]:
+        """Return the numbers of the tests of a run's points that are not those of the points."""
+        query = "SELECT point, test FROM plan WHERE run = ? AND test <> point"
         return dict(self.db.execute(query, (run,)))
 
     def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
