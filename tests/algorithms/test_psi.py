@@ -203,7 +203,7 @@ def test_a_limit_on_a_choice_may_be_met_by_later_tests():
 def test_investigate_is_psi_without_objects(monkeypatch, keep, block_size, name):
     """Also where what is not kept is dropped again and again."""
     monkeypatch.setattr(_run, "SECONDS", 0.0)  # blocks arrive one by one
-    monkeypatch.setattr(_psi, "_WORTH_FILTERING", 20)
+    monkeypatch.setattr(_psi, "_WORTH_FILTERING", {"feasible": 20, "pareto": 20})
     problem = get_problem(name)
     whole = minimize(problem, PSI(300, first=3)).algorithm.table
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]

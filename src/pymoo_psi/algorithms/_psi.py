@@ -58,10 +58,11 @@ from pymoo_psi.table import TestTable
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Tests from which on those not kept are dropped during a run, as many as two pieces have. They are
-# dropped again when there are twice as many as were left, so that all filtering together takes at
-# most twice as long as the last one.
-_WORTH_FILTERING = 2**17
+# Tests from which on those not kept are dropped during a run: as many as two pieces have, but a
+# million where dominance has to be found, which takes longer than the tests. They are dropped again
+# when there are twice as many as were left, so that all filtering together takes at most twice as
+# long as the last one.
+_WORTH_FILTERING = {"feasible": 2**17, "pareto": 2**20}
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -620,7 +621,7 @@ def _kept_tests(run: Run, keep: str, progress: bool) -> TestTable:
             tables.append(tests)
             show_progress(run.n_taken / max(1, run.n_taken + run.n_left))
             n_rows = sum(map(len, tables))
-            if keep != "all" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
+            if keep != "all" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING[keep]):
                 tests = by_number(tables)
                 tables = [needed_tests(run.model, tests, keep)]
     return by_number(tables)
