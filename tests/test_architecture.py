@@ -337,3 +337,11 @@ def test_version_is_the_distributions():
 
     installed = version("pymoo-psi")
     assert pymoo_psi.__version__ == installed, "the version has changed: pip install -e . once more"
+
+
+def test_scripts_of_the_page_share_no_names():
+    """They are one script in the page, where the later one of two functions replaces the other."""
+    names = []
+    for path in (ROOT / "page").glob("*.js"):
+        names += re.findall(r"^(?:async )?function\*? (\w+)", path.read_text("utf-8"), re.M)
+    assert sorted(names) == sorted({*names})

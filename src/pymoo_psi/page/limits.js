@@ -75,7 +75,7 @@ function* changeAt(now, moved) {
   if (row === null) return {...change, value: null, next: null}
   const next = (looser ? steps[at] : steps[at + 1]) ?? null
   // A tighter limit has no effect at the value: 9.799999999999999 is 9.8.
-  const value = looser ? steps[at] : Number(given(steps[at]) || steps[at])
+  const value = looser ? steps[at] : Number(shortText(steps[at]) || steps[at])
   const [near, digits] = inDigits(value, gathered(values, picked(data.designs, (i) => mask[i])), looser === (end === 1))
   const limit = withUnit(column, short(near, digits, decimalsOf(column, now)))
   const condition = sentence(`${end ? "upper" : "lower"} ${looser ? "looser" : "tighter"}`, {column: withArticle(name), limit})

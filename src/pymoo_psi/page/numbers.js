@@ -88,7 +88,7 @@ const amount = (column, value, ranking) => withUnit({unit: column.unit === "%" ?
 const withUnit = ({unit}, text) => (unit ? `${text} ${unit}` : text)
 
 // A number of up to three decimals as text, without the rounding of a calculation; "" for others.
-function given(value) {
+function shortText(value) {
   const text = String(Number(value.toPrecision(15)))
   return /^-?(?=[\d.]{1,13}$)\d{1,12}(\.\d{1,3})?$/.test(text) ? text : ""
 }
@@ -97,7 +97,7 @@ function given(value) {
 // One of up to three decimals has all its digits, others have all of those before the point.
 function inDigits(value, others, isUp) {
   const before = abs(value) < 1e7 ? String(floor(abs(value))).length : 0
-  const least = max(6, before, given(value).replace(/^[-0.]+|\./g, "").length)
+  const least = max(6, before, shortText(value).replace(/^[-0.]+|\./g, "").length)
   for (let digits = least; digits < 17; digits++) {
     const options = {maximumSignificantDigits: digits, useGrouping: false, roundingMode: isUp ? "ceil" : "floor"}
     const near = Number(new Intl.NumberFormat("en", options).format(value))
