@@ -100,7 +100,7 @@ def test_a_wrong_format_is_named_with_its_placeholder(tmp_path, text, reason):
     ("setting", "text", "value"),
     [
         ({"bounds": [0.1, 0.3]}, "{x:.2f}", 0.2),
-        ({"bounds": [10, 12]}, "{x:.3f}", 10.0004),
+        ({"bounds": [10, 12]}, "{x:.2f}", 10.004),
         ({"bounds": [1e-6, 1], "scale": "log"}, "{x:.6f}", 1.4e-6),
         ({"choices": [0.25, 0.5]}, "{x:.1f}", 0.25),
     ],

@@ -41,7 +41,7 @@ from pymoo_psi.problems._pymoo import NO_OUTPUTS
 from pymoo_psi.table import Expression, Limit, limit_of_text
 
 BRACES = "{name}"
-_TOLERANCE = 1e-4  # of the width of a variable's bounds, for what a format may round away
+_TOLERANCE = 1e-3  # of the width of a variable's bounds, for what a format may round away
 
 _MARKS = re.compile(r"([^\w\s'\"`\\]+)name([^\w\s'\"`\\:]+)")
 # A format of Python that gives a plain number, or s for a text. Its letter is required, as 60 is a
