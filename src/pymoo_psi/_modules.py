@@ -97,10 +97,10 @@ def require_unchanged(model: Any) -> None:
 
 
 def code_of(model: Any) -> dict[str, str]:
-    """Return the versions of the code of a problem: its files, and its classes in a script."""
+    """Return the versions of the code of a problem: its modules, and its classes in a script."""
     code = {}
     for name, version in _versions_of(model, versions()).items():
-        code[os.path.basename(sys.modules[name].__file__ or "")] = version.hex()
+        code[f"module {name}"] = version.hex()
     for layer in _layers(model):
         for kind in type(layer).__mro__:
             if kind.__module__ == "__main__":

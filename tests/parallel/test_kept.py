@@ -140,7 +140,7 @@ def test_no_run_begins_with_a_file_that_has_changed(folder, n_jobs):
     refused(CHANGED, investigate, problem, 600, **options)
     folder.reload()
     refused(CHANGED, investigate, problem, 600)  # it has the former class
-    warned("model.py changed since tests of", folder.tests, **options)
+    warned("^module model changed since tests of", folder.tests, **options)
     require(folder.tests(**options), 1)  # which is said once
 
 

@@ -335,13 +335,6 @@ def test_a_run_answers_in_the_study(tested):
         assert bool(table.remarks) == (n_tests > n_points)
 
 
-def test_requests_in_a_study_of_an_earlier_version_are_followed(tested):
-    with Study(tested).changes() as study:
-        study.steer({"name": "Bo", "action": "more", "count": 8})
-        study.db.execute("UPDATE meta SET value = json_remove(value, '$[0].is_over')")
-    assert len(investigate(BNH, 9, study=tested)) == 17
-
-
 def test_a_round_cut_off_is_tested_later(study_file):
     def table(n_evaluations, study=None):
         search = SurrogatePSI(n_evaluations, n_points=20, batch=4, study=study)

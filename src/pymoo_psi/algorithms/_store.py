@@ -386,7 +386,7 @@ class StudyStore(Store):
         steering = self.study.facts().steering
         requests = []
         for request in steering[self._n_requests or 0 :]:
-            if request.get("is_over"):  # a study of an earlier version may not say so
+            if request["is_over"]:
                 continue
             if self._n_requests is None and request["action"] not in LASTING:
                 answer = f"{request['answer']}; over when the run began"

@@ -23,22 +23,10 @@ Evaluate = Callable[[Any], Values]
 class Wrapper(Problem):
     """A problem around another one, which evaluates designs by ``do`` or ``_evaluate`` as in pymoo.
 
-    It has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that it does
-    not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped problem's.
-
-    The rest of the package knows no classes of wrappers: it asks for the attributes below, and for
-    ``fingerprint()`` if values depend on arguments of the wrapper.
-
-    Args:
-        problem: The other problem.
-        **changed: Arguments of pymoo's ``Problem`` in which the two differ.
+    Otherwise it is as :class:`WrappedProblem` describes. The rest of the package knows no classes
+    of wrappers: it asks for the attributes there and below, and for ``fingerprint()``.
 
     Attributes:
-        wrapped: The other problem.
-        same_front: Whether the Pareto front and set are those of the wrapped problem; by default
-            they are unknown.
-        same_columns: Whether variables, objectives and outputs in a table are the wrapped
-            problem's, so that expressions between them hold, too.
         gives_reasons: Whether ``out["failure"]`` has the reasons of failures, empty where there is
             none.
     """
